@@ -74,6 +74,7 @@ Agent::Agent(const AgentOptions& options, std::unique_ptr<StateDir> state)
                           }}) {}
 
 Agent::~Agent() {
+  module_watch_.reset();
   session_.reset();
   socket_.reset();
   if (signals_ >= 0) close(signals_);
@@ -93,6 +94,7 @@ absl::Status Agent::Prepare() {
   metrics_server_ = *std::move(server);
   if (absl::Status status = host::MakePrivateFolder(state_->StatesPath()); !status.ok()) return status;
   supervisor_.SetStateFolder(state_->StatesPath());
+  WatchModules();
   if (absl::Status status = Restore(); !status.ok()) return status;
 
   WorkerSocket::Callbacks callbacks;
@@ -107,6 +109,19 @@ absl::Status Agent::Prepare() {
   socket_ = *std::move(socket);
   WatchSignals();
   return absl::OkStatus();
+}
+
+void Agent::WatchModules() {
+  if (options_.game_modules.empty()) return;
+  supervisor_.SetModuleFolder(options_.game_modules);
+  module_watch_ = std::make_unique<ModuleWatch>(
+      GameModulesOptions{.folder = options_.game_modules,
+                         .region_binary = options_.region_binary,
+                         .scratch = absl::StrCat(state_->StatesPath(), "/game-module.txt")},
+      [this, loop = loop_](v1::GameModuleList list) {
+        loop->Post([this, list = std::move(list)] { OnModules(list); });
+      });
+  game_modules_ = module_watch_->first();
 }
 
 absl::Status Agent::FindJoinToken() {

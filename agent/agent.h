@@ -20,6 +20,7 @@
 #include "agent/content_cache.h"
 #include "agent/control_session.h"
 #include "agent/event_loop.h"
+#include "agent/module_watch.h"
 #include "agent/options.h"
 #include "agent/service_notify.h"
 #include "agent/state_dir.h"
@@ -49,6 +50,7 @@ class Agent {
 
   Agent(const AgentOptions& options, std::unique_ptr<StateDir> state);
   absl::Status Prepare();
+  void WatchModules();
   absl::Status FindJoinToken();
   trust::Credentials ControlCredentials() const;
   absl::Status Restore();
@@ -61,6 +63,7 @@ class Agent {
   absl::Status KeepIdentity(const v1::Admitted& admitted);
   void OnDesired(const v1::DesiredSet& set);
   void OnRefused(const absl::Status& status);
+  void OnModules(const v1::GameModuleList& list);
   void OnLease(const v1::LeaseRenewal& renewal);
   void OnWorkerMessage(ConnectionId connection, const v1::WorkerMessage& message);
   void OnWorkerReport(ConnectionId connection, const v1::WorkerReport& report);
@@ -105,6 +108,8 @@ class Agent {
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;
   std::unique_ptr<WorkerSocket> socket_;
   std::unique_ptr<ControlSession> session_;
+  v1::GameModuleList game_modules_;            // that this host has
+  std::unique_ptr<ModuleWatch> module_watch_;  // null: it has no folder of them
   std::optional<EventLoop::TimerId> deadline_;
   int signals_ = -1;
   bool ending_workers_ = false, finishing_ = false, ready_written_ = false;

@@ -37,8 +37,16 @@ v1::AgentHello Agent::Hello() const {
   hello.mutable_resources()->set_region_capacity(options_.capacity);
   hello.set_version(TESSERA_VERSION);
   hello.set_boot_id(boot_id_);
+  *hello.mutable_game_modules() = game_modules_;
   for (v1::WorkerReport& report : supervisor_.Reports()) *hello.add_workers() = std::move(report);
   return hello;
+}
+
+void Agent::OnModules(const v1::GameModuleList& list) {
+  game_modules_ = list;
+  v1::AgentMessage message;
+  *message.mutable_game_modules() = list;
+  if (session_) session_->Send(std::move(message));
 }
 
 v1::AgentHeartbeat Agent::Heartbeat() {

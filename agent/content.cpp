@@ -31,4 +31,13 @@ absl::Status CheckContent(const Content& content, const std::string& bytes) {
   return absl::OkStatus();
 }
 
+std::vector<Content> ContentsOf(const v1::WorkerOrder& order) {
+  std::vector<Content> contents{{ContentKind::kScene, order.scene_hash()}};
+  if (!order.game_hash().empty() && !order.game_native()) {
+    contents.push_back({ContentKind::kGame, order.game_hash()});
+  }
+  if (order.has_next_game()) contents.push_back({ContentKind::kGame, order.next_game().hash()});
+  return contents;
+}
+
 }  // namespace tessera::agent

@@ -9,8 +9,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "tessera/v1/worker_link.pb.h"
 
 namespace tessera::agent {
 
@@ -24,6 +26,9 @@ struct Content {
 
 const char* NameOf(ContentKind kind);           // "scene", "game"
 std::size_t MaxContentBytes(ContentKind kind);  // above, it is not what it claims to be
+
+// All that a worker with this order needs, the scene first. A native game is none: it is here, or it is not.
+std::vector<Content> ContentsOf(const v1::WorkerOrder& order);
 
 // INVALID_ARGUMENT unless `bytes` are the content: "is no scene", "has 2097152 bytes, more than 1048576", "has hash
 // ...".

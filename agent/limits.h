@@ -56,6 +56,10 @@ inline constexpr std::size_t kLastLines = 20;
 // Log files of workers that have ended; the oldest go first.
 inline constexpr std::size_t kKeptLogs = 200;
 
+// How often the folder of native games is looked through: an operator who puts one there waits so long. And how long
+// one may take to load when it is looked at for the first time; the agent does not begin before.
+inline constexpr std::chrono::milliseconds kModuleScanInterval{2000}, kModulePatience{10'000};
+
 // The kernel's sun_path is 108 bytes with its final zero.
 inline constexpr std::size_t kMaxSocketPath = 107;
 

@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
+#include <system_error>
 #include <thread>
 
 #include "absl/strings/ascii.h"
@@ -26,7 +28,8 @@ constexpr std::uint32_t kMaxCapacity = 10'000;
 struct AgentFlags {
   std::string control = "unix:" + trust::DefaultControlSocket(), join_token, join_token_file,
               state_dir = "/var/lib/tessera/agent";
-  std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", region_binary, ready_file, log_level;
+  std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", region_binary, ready_file, game_modules,
+              log_level;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
   bool stop_workers = false, die_with_parent = false;
@@ -58,6 +61,8 @@ void Declare(CLI::App& app, AgentFlags& f) {
                  "ADDRESS:PORT of /metrics; port 0 takes a free one; workers serve theirs at the same address")
       ->capture_default_str();
   app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
+  app.add_option("--game-modules", f.game_modules,
+                 "folder of shared libraries that worlds may run as games, which are trusted; default none");
   app.add_option("--ready-file", f.ready_file, "written with one line of JSON once admitted");
   app.add_flag("--stop-workers", f.stop_workers,
                "end the workers at the end, instead of leaving them to the next agent");
@@ -91,6 +96,16 @@ absl::Status CheckAddresses(const AgentFlags& f, AgentOptions& options) {
   if (!metrics.ok()) return metrics.status();
   options.metrics_host = metrics->host;
   options.metrics_port = metrics->port;
+  return absl::OkStatus();
+}
+
+absl::Status CheckModules(const AgentFlags& f, AgentOptions& options) {
+  if (f.game_modules.empty()) return absl::OkStatus();
+  std::error_code error;
+  if (!std::filesystem::is_directory(f.game_modules, error)) {
+    return absl::InvalidArgumentError(absl::StrCat("--game-modules ", f.game_modules, ": no such folder"));
+  }
+  options.game_modules = std::filesystem::absolute(f.game_modules, error).lexically_normal().string();
   return absl::OkStatus();
 }
 
@@ -151,6 +166,7 @@ absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {
   AgentOptions options;
   if (absl::Status status = CheckAddresses(f, options); !status.ok()) return status;
   if (absl::Status status = CheckCapacity(f, options); !status.ok()) return status;
+  if (absl::Status status = CheckModules(f, options); !status.ok()) return status;
   options.join_token = f.join_token;
   options.join_token_file = f.join_token_file;
   if (const char* token = std::getenv(kTokenEnvironment); token != nullptr && f.join_token.empty()) {

@@ -21,6 +21,7 @@ struct AgentOptions {
   std::uint16_t metrics_port = 7702;
   std::string region_binary;
   std::string ready_file;
+  std::string game_modules;  // folder of native games; empty: none
   std::string log_level;
   PortRange ports{7800, 8799};
   std::uint32_t capacity = 0;

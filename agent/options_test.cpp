@@ -35,6 +35,12 @@ TEST(OptionsTest, DefaultsFitOneMachine) {
   EXPECT_FALSE(options.stop_workers);
 }
 
+TEST(OptionsTest, TheFolderOfNativeGamesMustBeThere) {
+  EXPECT_EQ(Parse({})->game_modules, "");
+  EXPECT_EQ(Parse({"--game-modules", "/tmp/../tmp"})->game_modules, "/tmp");
+  EXPECT_EQ(Parse({"--game-modules", "/nowhere"}).status().message(), "--game-modules /nowhere: no such folder");
+}
+
 TEST(OptionsTest, ListensEverywhereOnceOthersAreToReachIt) {
   EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3"})->bind_address, "0.0.0.0");
   EXPECT_EQ(Parse({"--advertise-address", "localhost"})->bind_address, "127.0.0.1");

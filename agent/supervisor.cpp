@@ -5,35 +5,15 @@
 #include <algorithm>
 #include <cassert>
 #include <csignal>
-#include <cstring>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/world/limits.h"
+#include "core/game/native_name.h"
 
 namespace tessera::agent {
 namespace {
-
-constexpr std::size_t kMaxInstanceId = 64;  // becomes part of a file name
-constexpr std::size_t kHashDigits = 64;
-
-bool IsHex(char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); }
-bool IsIdCharacter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
-}
-
-bool IsHash(const std::string& text) {
-  return text.size() == kHashDigits && std::all_of(text.begin(), text.end(), IsHex);
-}
-
-// The scene first.
-std::vector<Content> ContentsOf(const v1::WorkerOrder& order) {
-  std::vector<Content> contents{{ContentKind::kScene, order.scene_hash()}};
-  if (!order.game_hash().empty()) contents.push_back({ContentKind::kGame, order.game_hash()});
-  if (order.has_next_game()) contents.push_back({ContentKind::kGame, order.next_game().hash()});
-  return contents;
-}
 
 bool Uses(const std::optional<v1::WorkerOrder>& order, const Content& content) {
   return order && std::ranges::count(ContentsOf(*order), content) > 0;
@@ -63,48 +43,20 @@ bool DiffersInState(const v1::WorkerReport& a, const v1::WorkerReport& b) {
          !google::protobuf::util::MessageDifferencer::Equals(a.address(), b.address());
 }
 
+// A process that dies in the code of a native game says so in a line, which nothing but a fault's own text follows.
+void NoteDeathInGame(v1::WorkerExited& exited) {
+  for (const std::string& line : exited.last_log_lines()) {
+    if (const std::string_view where = game::DeathInModule(line); !where.empty()) {
+      exited.set_died_in_game(std::string(where));
+    }
+  }
+}
+
 std::string ReasonOf(const host::ExitStatus& status) {
   return status.Describe() + (status.known ? "" : ", since an earlier agent had started it");
 }
 
 }  // namespace
-
-std::string WorkerKey::ToString() const { return absl::StrCat(instance_id, "/", region, "#", incarnation); }
-
-WorkerKey KeyOf(const v1::WorkerIdentity& identity) {
-  return {identity.instance_id(), identity.region(), identity.incarnation()};
-}
-
-v1::WorkerIdentity IdentityOf(const WorkerKey& key) {
-  v1::WorkerIdentity identity;
-  identity.set_instance_id(key.instance_id);
-  identity.set_region(key.region);
-  identity.set_incarnation(key.incarnation);
-  return identity;
-}
-
-absl::Status CheckOrder(const v1::WorkerOrder& order) {
-  const std::string& id = order.instance_id();
-  if (id.empty() || id.size() > kMaxInstanceId || id[0] == '.' || id[0] == '-' ||
-      !std::all_of(id.begin(), id.end(), IsIdCharacter)) {
-    return absl::InvalidArgumentError("order: instance_id must be 1 to 64 letters, digits, '-', '_' or '.'");
-  }
-  if (order.region() < 1 || order.region() > kMaxRegions) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("order: region must be from 1 to ", kMaxRegions, ", got ", order.region()));
-  }
-  if (order.incarnation() == 0) return absl::InvalidArgumentError("order: incarnation must not be 0");
-  if (!IsHash(order.scene_hash())) {
-    return absl::InvalidArgumentError("order: scene_hash must be 64 hexadecimal digits");
-  }
-  if (!order.game_hash().empty() && !IsHash(order.game_hash())) {
-    return absl::InvalidArgumentError("order: game_hash must be 64 hexadecimal digits");
-  }
-  if (order.has_next_game() && !IsHash(order.next_game().hash())) {
-    return absl::InvalidArgumentError("order: next_game.hash must be 64 hexadecimal digits");
-  }
-  return absl::OkStatus();
-}
 
 Supervisor::Supervisor(PortRange ports, std::function<bool(std::uint16_t)> ports_free)
     : ports_(std::move(ports)), ports_free_(std::move(ports_free)) {}
@@ -129,6 +81,7 @@ void Supervisor::AdoptGone(const WorkerRecord& record, const std::string& reason
   exited.set_started(true);
   exited.set_reason(reason);
   exited.mutable_last_log_lines()->Add(last_lines.begin(), last_lines.end());
+  NoteDeathInGame(exited);
   KeepExit(KeyOf(record.identity()), std::move(exited), ExitResult::kError);
 }
 
@@ -167,6 +120,12 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
   if (found == workers_.end()) {
     if (absl::Status status = CheckOrder(order); !status.ok()) {
       std::string reason(status.message());
+      KeepExit(key, NeverStarted(key, reason), ExitResult::kError);
+      return outcome("refused: " + reason);
+    }
+    if (order.game_native() && module_folder_.empty() && !order.stop()) {
+      std::string reason = absl::StrCat("this host's agent has no --game-modules, and the world runs ",
+                                        game::NativeGameText(order.game_name(), order.game_hash()));
       KeepExit(key, NeverStarted(key, reason), ExitResult::kError);
       return outcome("refused: " + reason);
     }
@@ -281,7 +240,11 @@ std::string Supervisor::PathOf(const Content& content, const Worker& worker) con
 bool Supervisor::SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order) {
   const auto path_of = [&](ContentKind kind, const std::string& hash) { return PathOf({kind, hash}, worker); };
   order.set_scene_path(path_of(ContentKind::kScene, order.scene_hash()));
-  if (!order.game_hash().empty()) order.set_game_path(path_of(ContentKind::kGame, order.game_hash()));
+  if (order.game_native()) {
+    order.set_game_path(absl::StrCat(module_folder_, "/", order.game_name(), ".so"));
+  } else if (!order.game_hash().empty()) {
+    order.set_game_path(path_of(ContentKind::kGame, order.game_hash()));
+  }
   if (order.has_next_game()) {
     v1::NextGame& next = *order.mutable_next_game();
     next.set_path(path_of(ContentKind::kGame, next.hash()));
@@ -349,6 +312,7 @@ void Supervisor::Ended(const WorkerKey& key, const host::ExitStatus& status, std
   exited.set_signal(status.signal);
   exited.mutable_last_log_lines()->Add(last_lines.begin(), last_lines.end());
   exited.set_reason(std::move(reason));
+  if (!status.known || status.signal != 0) NoteDeathInGame(exited);
   const bool in_order = status.known ? status.code == 0 : worker.stopping == Stopping::kOrdered;
   const ExitResult result = status.signal != 0 ? ExitResult::kSignal
                             : in_order         ? ExitResult::kClean

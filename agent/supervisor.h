@@ -99,6 +99,9 @@ class Supervisor {
   // Where workers' states are written and read.
   void SetStateFolder(std::string folder) { state_folder_ = std::move(folder); }
 
+  // Where this host's native games are; empty: it has none.
+  void SetModuleFolder(std::string folder) { module_folder_ = std::move(folder); }
+
   // From the last life of this agent, before anything else. A record of a process that lives; one of a process that is
   // gone, with the reason to report; an exit that may not have been heard.
   void Adopt(const WorkerRecord& record);
@@ -184,7 +187,7 @@ class Supervisor {
   std::map<std::string, std::string> next_failures_;  // why a game that is to be next did not come, by hash
   std::uint64_t desired_revision_ = 0;
   bool stopping_all_ = false, dirty_ = false;
-  std::string state_folder_;
+  std::string state_folder_, module_folder_;
   std::vector<Action> actions_;
 };
 

@@ -45,6 +45,15 @@ TableRow HostRow(const v1::Host& host) {
 
 const TableRow kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
 
+std::string ModuleTable(const v1::Host& host) {
+  std::vector<TableRow> rows{{"GAME-MODULE", "ABI", "SHA-256", "PROBLEM"}};
+  for (const v1::GameModule& module : host.game_modules()) {
+    rows.push_back({module.name(), module.abi() == 0 ? "-" : std::to_string(module.abi()),
+                    module.hash().empty() ? "-" : module.hash(), module.failure().empty() ? "-" : module.failure()});
+  }
+  return FormatTable(rows);
+}
+
 void Add(const Globals& globals, const HostOptions& options) {
   local::Connection connection = Connect(globals);
   v1::AddHostRequest request;
@@ -99,6 +108,7 @@ void Describe(const Globals& globals, const HostOptions& options) {
     return;
   }
   std::cout << FormatTable({kHostHeader, HostRow(response.host())});
+  if (!response.host().game_modules().empty()) std::cout << "\n" << ModuleTable(response.host());
   if (response.workers().empty()) return;
   std::vector<TableRow> rows{{"INSTANCE", "REGION", "PID", "PHASE", "TICK", "OWNED", "MEMORY"}};
   for (const v1::WorkerReport& worker : response.workers()) {

@@ -57,7 +57,7 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
     std::cerr << fmt::format("{}: warning: {}\n", path, warning);
   }
   *spec.mutable_scene() = std::move(loaded.message);
-  if (!options.game.empty()) *spec.mutable_game() = local::LoadGame(options.game);
+  if (!options.game.empty()) local::SetGame(options.game, spec);
   spec.set_regions(options.regions);
   spec.set_expected_players(options.players);
   spec.set_snapshot_rate_hz(options.snapshot_rate_hz);
@@ -176,7 +176,9 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
 
   CLI::App* create = instance->add_subcommand("create", "Start a world");
   create->add_option("--scene", options->scene, "Scene file, or the name of one that comes with tessera")->required();
-  create->add_option("--game", options->game, "Lua file that the world's regions run; left out: none");
+  create->add_option("--game", options->game,
+                     "Lua file that the world's regions run, or native:NAME[@SHA256], a shared library that hosts "
+                     "have; left out: none");
   create->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->capture_default_str();
   create->add_option("--players", options->players, "Start when so many players are in; 0: at once")
       ->capture_default_str();

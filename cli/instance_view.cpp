@@ -7,6 +7,7 @@
 
 #include "cli/output.h"
 #include "cli/table.h"
+#include "core/game/native_name.h"
 
 namespace tessera::cli {
 
@@ -18,6 +19,7 @@ v1::Instance GetInstance(local::Connection& connection, const std::string& comma
 
 std::string GameOf(const v1::Instance& instance) {
   if (instance.game_hash().empty()) return "-";
+  if (instance.game_native()) return game::NativeGameText(instance.game_name(), instance.game_hash());
   return fmt::format("{} ({})", instance.game_name(), instance.game_hash().substr(0, 12));
 }
 

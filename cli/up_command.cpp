@@ -31,6 +31,7 @@ struct UpOptions {
   std::string page_listen = "127.0.0.1:7710";
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;
+  std::string game_modules;
 };
 
 std::string DefaultStateDir() {
@@ -105,7 +106,8 @@ void Up(const Globals& globals, const UpOptions& options) {
       .metrics_listen = options.metrics_listen,
       .hosts = options.hosts,
       .capacity = options.capacity,
-      .page_listen = options.page_listen};
+      .page_listen = options.page_listen,
+      .game_modules = options.game_modules};
   std::error_code error;
   std::filesystem::create_directories(cluster_options.state_dir, error);
   if (error) throw local::CommandError(fmt::format("--state-dir {}: {}", cluster_options.state_dir, error.message()));
@@ -157,6 +159,9 @@ void AddUpCommand(CLI::App& app, Globals& globals) {
   up->add_option("--page-listen", options->page_listen, "HTTP address of the page")->capture_default_str();
   up->add_option("--hosts", options->hosts, "Number of agents")->capture_default_str()->check(CLI::Range(1, 16));
   up->add_option("--capacity", options->capacity, "Regions that each agent takes (default: 8 a core)");
+  up->add_option("--game-modules", options->game_modules,
+                 "Folder of shared libraries that worlds may run as games, which are trusted (default: none)")
+      ->check(CLI::ExistingDirectory);
   up->add_option("--state-dir", options->state_dir, "State and logs (default: ~/.local/state/tessera)");
   up->callback([&globals, options] { Up(globals, *options); });
 }

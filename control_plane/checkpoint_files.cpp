@@ -154,6 +154,8 @@ std::vector<std::string> CheckpointFiles::Instances() const {
   return instances;
 }
 
+bool HasGameFile(const records::Manifest& manifest) { return !manifest.game_hash().empty() && !manifest.game_native(); }
+
 std::string Bundle(const records::Bundle& bundle) { return kMagic + Summed(bundle.SerializeAsString()); }
 
 absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes) {
@@ -163,7 +165,7 @@ absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes) {
   records::Bundle bundle;
   if (!bundle.ParseFromString(*plain)) return absl::DataLossError("file: is no checkpoint");
   std::set<std::string> names = {kSceneFile}, given;
-  if (!bundle.manifest().game_hash().empty()) names.insert(kGameFile);
+  if (HasGameFile(bundle.manifest())) names.insert(kGameFile);
   for (const v1::MapRegion& region : bundle.manifest().map().regions()) names.insert(RegionFileName(region.id()));
   for (const records::ManifestFile& file : bundle.manifest().files()) given.insert(file.name());
   if (given != names || bundle.manifest().files_size() != static_cast<int>(names.size())) {

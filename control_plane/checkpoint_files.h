@@ -55,6 +55,9 @@ class CheckpointFiles {
 inline constexpr char kSceneFile[] = "scene", kGameFile[] = "game";
 std::string RegionFileName(std::uint32_t region);  // "region-3"
 
+// A native game has none: it lies with the hosts.
+bool HasGameFile(const records::Manifest& manifest);
+
 // One checkpoint as one file, for another cluster, and back. DATA_LOSS or INVALID_ARGUMENT: "file: ...".
 std::string Bundle(const records::Bundle& bundle);
 absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes);

@@ -98,6 +98,9 @@ TEST(BundleTest, HoldsTheSceneAndOneFileForEachRegionAndNothingElse) {
   EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument) << "its game is missing";
   add("game");
   EXPECT_TRUE(Unbundle(Bundle(bundle)).ok());
+  bundle.mutable_manifest()->set_game_native(true);
+  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument) << "hosts have that one";
+  bundle.mutable_manifest()->set_game_native(false);
   add("../../control.db");
   EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
 }

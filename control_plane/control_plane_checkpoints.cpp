@@ -46,7 +46,7 @@ absl::Status ControlPlane::CompleteCheckpoint(const std::string& id, records::Ma
   if (!scene.ok()) return scene.status();
   if (absl::Status status = files_->Put(id, manifest.tick(), kSceneFile, *scene); !status.ok()) return status;
   AddFile(kSceneFile, *scene, manifest);
-  if (!manifest.game_hash().empty()) {
+  if (HasGameFile(manifest)) {
     const auto game = GameBytes(manifest.game_hash());
     if (!game.ok()) return game.status();
     if (absl::Status status = files_->Put(id, manifest.tick(), kGameFile, *game); !status.ok()) return status;
@@ -114,7 +114,7 @@ absl::StatusOr<Contents> ControlPlane::KeptContents(const std::string& id, const
   auto scene = files_->Read(id, manifest.tick(), kSceneFile);
   if (!scene.ok()) return scene.status();
   contents.scene = *std::move(scene);
-  if (manifest.game_hash().empty()) return contents;
+  if (!HasGameFile(manifest)) return contents;
   auto game = files_->Read(id, manifest.tick(), kGameFile);
   if (!game.ok()) return game.status();
   contents.game = *std::move(game);
@@ -177,7 +177,10 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   if (scene == nullptr || !create.mutable_spec()->mutable_scene()->ParseFromString(*scene)) {
     return absl::InvalidArgumentError("file: has no scene");
   }
-  if (!manifest.game_hash().empty()) {
+  if (manifest.game_native()) {
+    create.mutable_spec()->mutable_native_game()->set_name(manifest.game_name());
+    create.mutable_spec()->mutable_native_game()->set_hash(manifest.game_hash());
+  } else if (HasGameFile(manifest)) {
     const std::string* game = FindContent(*bundle, kGameFile);
     if (game == nullptr) return absl::InvalidArgumentError("file: has no game");
     create.mutable_spec()->mutable_game()->set_name(manifest.game_name());
@@ -215,6 +218,8 @@ void ControlPlane::DoPendingWork(PendingWork work) {
   for (const auto& [id, tick] : work.abandoned) files_->Abandon(id, tick);
   for (const std::string& id : work.forgotten) files_->RemoveAll(id);
   for (const std::string& id : work.restore) {
+    // It may have ended for good since, or an operator has restored it.
+    if (!Call([&](Cluster& cluster, Now) { return cluster.RestoreWanted(id); })) continue;
     v1::RestoreInstanceRequest request;
     request.set_id(id);
     const auto restored = RestoreInstance(request);

@@ -119,6 +119,12 @@ inline constexpr std::chrono::milliseconds kGameErrorSilence{60'000};
 // Callbacks that are off and become events, of an instance while this process runs; a host that reports more is broken.
 inline constexpr int kMaxCallbacksOff = 100;
 
+// Workers of a world that may die in its native game in a row, and how many seconds of the world's own time have to
+// pass for the next one to be the first again. It is the default interval of checkpoints: a world that goes back to one
+// comes to the same crash within that. Fewer deaths, and one accident ends a world; more, and more hosts see the crash.
+inline constexpr int kMaxGameDeaths = 3;
+inline constexpr std::chrono::seconds kGameDeathForgiven{60};
+
 // Published events that are kept of an instance, in the store and in memory: some 6 MB where all are as large as can
 // be. A backend that was away for longer than they took to come misses some, and is told.
 inline constexpr std::size_t kMaxPublishedKept = 10'000;

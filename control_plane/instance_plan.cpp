@@ -6,6 +6,7 @@
 #include "control_plane/control_settings.h"
 #include "core/game/game_file.h"
 #include "core/game/game_host.h"
+#include "core/game/native_name.h"
 #include "core/region/settings.h"
 #include "core/world/limits.h"
 #include "core/world/scene_load.h"
@@ -92,8 +93,26 @@ absl::Status PlanBorders(const v1::BorderSettings& asked, InstancePlan& plan) {
   return absl::OkStatus();
 }
 
+absl::Status PlanNativeGame(const v1::InstanceSpec& spec, InstancePlan& plan) {
+  if (spec.has_game()) {
+    return absl::InvalidArgumentError("spec.native_game: spec.game is there too, and a world runs one game");
+  }
+  const v1::NativeGame& game = spec.native_game();
+  if (absl::Status status = game::CheckModuleName(game.name()); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("spec.native_game.name: ", status.message()));
+  }
+  if (!game.hash().empty() && !game::IsModuleHash(game.hash())) {
+    return absl::InvalidArgumentError("spec.native_game.hash: must be 64 lower-case hexadecimal digits, or left out");
+  }
+  plan.game_name = game.name();
+  plan.game_hash = game.hash();
+  plan.game_native = true;
+  return absl::OkStatus();
+}
+
 // The game itself is thrown away: what the workers load is checked there again.
 absl::Status PlanGame(const v1::InstanceSpec& spec, const std::shared_ptr<const Scene>& scene, InstancePlan& plan) {
+  if (spec.has_native_game()) return PlanNativeGame(spec, plan);
   if (!spec.has_game()) return absl::OkStatus();
   auto hash = CheckGame(spec.game(), "spec.game", scene);
   if (!hash.ok()) return hash.status();

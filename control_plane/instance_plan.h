@@ -21,8 +21,9 @@ struct InstancePlan {
   std::string request_id;
   std::string scene_name;
   std::string scene_hash;
-  std::string game_name;  // empty: it runs none
-  std::string game_hash;
+  std::string game_name;     // empty: it runs none
+  std::string game_hash;     // of a native one empty: the build that the hosts have
+  bool game_native = false;  // it is a shared library of the hosts', of this name
   Contents contents;
   std::uint32_t tick_rate_hz = 0;
   std::uint32_t snapshot_rate_hz = 0;

@@ -50,6 +50,24 @@ TEST(InstancePlanTest, WithoutAGameThereIsNone) {
   EXPECT_EQ(plan->contents.game, "");
 }
 
+TEST(InstancePlanTest, ANativeGameIsKnownByItsNameAndHasNoFile) {
+  v1::CreateInstanceRequest request = RequestWithGame("x = 1");
+  request.mutable_spec()->mutable_native_game()->set_name("arena");
+  EXPECT_EQ(RefusalOf(request), "spec.native_game: spec.game is there too, and a world runs one game");
+  request.mutable_spec()->clear_game();
+  request.mutable_spec()->mutable_native_game()->set_hash(std::string(64, 'a'));
+  const auto plan = PlanInstance(request);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  EXPECT_TRUE(plan->game_native);
+  EXPECT_EQ(plan->game_name, "arena");
+  EXPECT_EQ(plan->game_hash, std::string(64, 'a'));
+  EXPECT_EQ(plan->contents.game, "");
+  request.mutable_spec()->mutable_native_game()->set_hash("feed");
+  EXPECT_THAT(RefusalOf(request), StartsWith("spec.native_game.hash: "));
+  request.mutable_spec()->mutable_native_game()->set_name("../arena");
+  EXPECT_THAT(RefusalOf(request), StartsWith("spec.native_game.name: "));
+}
+
 TEST(InstancePlanTest, AGameThatDoesNotLoadIsRefusedByFileAndLine) {
   EXPECT_THAT(RefusalOf(RequestWithGame("local n = 1\nfunction on_tick(\n")), StartsWith("game.lua:3: "));
   EXPECT_THAT(RefusalOf(RequestWithGame("\nwhile true do end")), StartsWith("game.lua:2: too much work"));

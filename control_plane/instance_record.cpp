@@ -4,6 +4,7 @@
 
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/game_deaths.h"
 #include "control_plane/id_ranges.h"
 #include "control_plane/one_line.h"
 #include "control_plane/world_terms.h"
@@ -35,6 +36,7 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   record.set_scene_hash(plan.scene_hash);
   record.set_game_name(plan.game_name);
   record.set_game_hash(plan.game_hash);
+  record.set_game_native(plan.game_native);
   record.set_tick_rate_hz(plan.tick_rate_hz);
   record.set_expected_players(plan.expected_players);
   record.set_start_deadline_ms(plan.start_deadline.count());
@@ -83,7 +85,9 @@ records::Instance RestoredFrom(const records::Instance& record, const records::M
   if (!manifest.game_hash().empty()) {
     next.set_game_name(manifest.game_name());
     next.set_game_hash(manifest.game_hash());
+    next.set_game_native(manifest.game_native());
   }
+  FollowRestore(record, manifest.tick(), next);
   next.clear_games();
   next.set_state(v1::INSTANCE_STATE_STARTING);
   next.set_run(false);

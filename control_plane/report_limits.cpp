@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
+#include "core/game/native_name.h"
 #include "core/world/limits.h"
 #include "net/signing_key.h"
 
@@ -97,6 +98,28 @@ absl::Status CheckNamedWorkers(const char* message,
   return checks.status();
 }
 
+absl::Status CheckModules(const char* message, const v1::GameModuleList& list) {
+  Checks checks(message);
+  checks.Entries("game_modules", Size(list.modules_size()), game::kMaxGameModules);
+  if (!checks.status().ok()) return checks.status();
+  std::string last;
+  for (const v1::GameModule& module : list.modules()) {
+    if (const absl::Status name = game::CheckModuleName(module.name()); !name.ok()) {
+      checks.Refuse(absl::StrCat(message, ".game_modules.name: ", name.message()));
+    }
+    if (module.name() <= last) checks.Refuse(absl::StrCat(message, ".game_modules: are not ascending by name"));
+    last = module.name();
+    if (module.failure().empty() ? !game::IsModuleHash(module.hash()) : module.hash().size() > kMaxNameBytes + 1) {
+      checks.Refuse(absl::StrCat(message, ".game_modules.hash: must be 64 hexadecimal digits"));
+    }
+    if (module.failure().size() > kMaxReasonBytes) {
+      checks.Refuse(absl::StrCat(message, ".game_modules.failure: has ", module.failure().size(), " bytes, at most ",
+                                 kMaxReasonBytes));
+    }
+  }
+  return checks.status();
+}
+
 absl::Status CheckMessage(const v1::AgentMessage& message) {
   switch (message.kind_case()) {
     case v1::AgentMessage::kHello:
@@ -113,6 +136,7 @@ absl::Status CheckMessage(const v1::AgentMessage& message) {
       Checks checks("exited");
       checks.Name("identity", exited.identity());
       checks.Text("reason", exited.reason());
+      checks.Text("died_in_game", exited.died_in_game());
       checks.Entries("last_log_lines", Size(exited.last_log_lines_size()), kMaxLogLines);
       for (const std::string& line : exited.last_log_lines()) checks.Text("last_log_lines", line);
       return checks.status();
@@ -127,6 +151,8 @@ absl::Status CheckMessage(const v1::AgentMessage& message) {
       checks.Name("identity", message.lease().identity());
       return checks.status();
     }
+    case v1::AgentMessage::kGameModules:
+      return CheckModules("message", message.game_modules());
     case v1::AgentMessage::KIND_NOT_SET:
       break;
   }

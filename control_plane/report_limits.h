@@ -15,5 +15,7 @@ absl::Status CheckReport(const v1::WorkerReport& report);
 absl::Status CheckMessage(const v1::AgentMessage& message);
 absl::Status CheckNamedWorkers(const char* message,
                                const google::protobuf::RepeatedPtrField<v1::WorkerReport>& workers);
+// INVALID_ARGUMENT "hello.game_modules.hash: must be 64 hexadecimal digits". `message` begins the name of the field.
+absl::Status CheckModules(const char* message, const v1::GameModuleList& list);
 
 }  // namespace tessera::control

@@ -89,6 +89,33 @@ TEST(ReportLimitsTest, TheLastWordsOfAWorkerAreFewAndShort) {
             "exited.last_log_lines: has 20000 bytes, at most 16384");
   EXPECT_EQ(refusal([](E& e) { e.set_reason(std::string(20'000, 'x')); }),
             "exited.reason: has 20000 bytes, at most 16384");
+  EXPECT_EQ(refusal([](E& e) { e.set_died_in_game(std::string(20'000, 'x')); }),
+            "exited.died_in_game: has 20000 bytes, at most 16384");
+}
+
+TEST(ReportLimitsTest, NativeGamesOfAHostAreFewNamedAndWhole) {
+  v1::AgentMessage message;
+  for (int i = 100; i < 164; ++i) {
+    v1::GameModule& module = *message.mutable_game_modules()->add_modules();
+    module.set_name("game" + std::to_string(i));
+    module.set_hash(std::string(64, 'a'));
+  }
+  EXPECT_EQ(CheckMessage(message), absl::OkStatus());
+  const auto refusal = [&](auto change) {
+    v1::AgentMessage changed = message;
+    change(*changed.mutable_game_modules());
+    return std::string(CheckMessage(changed).message());
+  };
+  using L = v1::GameModuleList;
+  EXPECT_EQ(refusal([](L& l) { l.add_modules(); }), "message.game_modules: has 65 entries, at most 64");
+  EXPECT_EQ(refusal([](L& l) { l.mutable_modules(0)->set_name("../arena"); }),
+            "message.game_modules.name: game module: its name must be 1 to 63 letters, digits, '_' and '-'");
+  EXPECT_EQ(refusal([](L& l) { l.mutable_modules(1)->set_name("game100"); }),
+            "message.game_modules: are not ascending by name");
+  EXPECT_EQ(refusal([](L& l) { l.mutable_modules(1)->set_hash("feed"); }),
+            "message.game_modules.hash: must be 64 hexadecimal digits");
+  EXPECT_EQ(refusal([](L& l) { l.mutable_modules(1)->set_failure(std::string(700, 'x')); }),
+            "message.game_modules.failure: has 700 bytes, at most 600");
 }
 
 TEST(ReportLimitsTest, AnIdentityThatNoInstanceCanHaveIsRefused) {

@@ -59,6 +59,7 @@ bool IsSceneKey(std::string_view key) { return key.starts_with(kScenePrefix); }
 
 std::vector<std::string> ContentKeys(const records::Instance& record) {
   std::vector<std::string> keys{SceneKey(record.scene_hash())};
+  if (record.game_native()) return keys;  // its file is with the hosts
   const records::Games& games = record.games();
   for (const std::string& hash : {record.game_hash(), games.next().hash(), games.previous().hash()}) {
     if (!hash.empty()) keys.push_back(GameKey(hash));

@@ -5,12 +5,19 @@
 #include <filesystem>
 
 #include "core/game/game_file.h"
+#include "core/game/native_name.h"
 #include "host/files.h"
 #include "local_cluster/command_error.h"
 
 namespace tessera::local {
 
 v1::GameSource LoadGame(const std::string& path) {
+  if (game::IsNativeGame(path)) {
+    throw CommandError(
+        fmt::format("game {}: only a Lua file can be given here; a world's native game is chosen when "
+                    "it is made, and stays",
+                    path));
+  }
   auto content = host::ReadFile(path, game::kMaxGameFileBytes);
   if (!content.ok()) throw CommandError(fmt::format("game {}", std::string(content.status().message())));
   const game::GameFile file{std::filesystem::path(path).filename().string(), *std::move(content)};
@@ -20,6 +27,17 @@ v1::GameSource LoadGame(const std::string& path) {
   source.set_name(file.name);
   source.set_content(file.bytes);
   return source;
+}
+
+void SetGame(const std::string& game, v1::InstanceSpec& spec) {
+  if (!game::IsNativeGame(game)) {
+    *spec.mutable_game() = LoadGame(game);
+    return;
+  }
+  const auto native = game::ParseNativeGame(game);
+  if (!native.ok()) throw CommandError(fmt::format("--game {}: {}", game, std::string(native.status().message())));
+  spec.mutable_native_game()->set_name(native->name);
+  spec.mutable_native_game()->set_hash(native->hash);
 }
 
 }  // namespace tessera::local

@@ -11,4 +11,8 @@ namespace tessera::local {
 // empty or larger than a game may be, or has a name that cannot be sent.
 v1::GameSource LoadGame(const std::string& path);
 
+// The game of a new world: a file as above, or a native game, "native:NAME" or "native:NAME@SHA256". CommandError also
+// names what is wrong with such a name.
+void SetGame(const std::string& game, v1::InstanceSpec& spec);
+
 }  // namespace tessera::local

@@ -36,6 +36,7 @@ struct LocalClusterOptions {
   const HostNetwork* network = nullptr;
   // HTTP address of a gateway, whose viewers may give orders; empty: none.
   std::string page_listen = {};
+  std::string game_modules = {};  // each agent's folder of native games; empty: none
 };
 
 class LocalCluster {

@@ -41,7 +41,8 @@ WorldRun::WorldRun(const RunOptions& options)
                           .capacity = options.capacity == 0 ? options.regions : options.capacity,
                           .workers_outlive_agents = options.workers_outlive_agents,
                           .network = options.network,
-                          .page_listen = options.page_listen});
+                          .page_listen = options.page_listen,
+                          .game_modules = options.game_modules});
   if (options.on_cluster) options.on_cluster(*cluster_);
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);
@@ -63,7 +64,7 @@ WorldRun::~WorldRun() {
 void WorldRun::CreateInstance(const RunOptions& options) {
   v1::CreateInstanceRequest request;
   *request.mutable_spec()->mutable_scene() = scene_.message;
-  if (!options.game.empty()) *request.mutable_spec()->mutable_game() = LoadGame(options.game);
+  if (!options.game.empty()) SetGame(options.game, *request.mutable_spec());
   request.mutable_spec()->set_regions(options.regions);
   request.mutable_spec()->set_expected_players(options.bots);
   if (options.adjust) options.adjust(*request.mutable_spec());

@@ -33,7 +33,7 @@ class Connection;
 
 struct RunOptions {
   std::string scene;      // path
-  std::string game = {};  // likewise; empty: it runs none
+  std::string game = {};  // likewise, or native:NAME; empty: it runs none
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies = std::nullopt;  // scattered ones, instead of the scene's own number
   std::uint32_t bots = 2;
@@ -43,6 +43,7 @@ struct RunOptions {
   bool workers_outlive_agents = false;   // as in LocalClusterOptions
   const HostNetwork* network = nullptr;  // likewise
   std::string page_listen = {};          // likewise
+  std::string game_modules = {};         // likewise
   // Called when the cluster stands, before there is a world in it.
   std::function<void(const LocalCluster&)> on_cluster = {};
   // Further settings of the instance.

@@ -28,7 +28,7 @@ void Declare(CLI::App& app, RawFlags& raw) {
   WorkerOptions& options = raw.options;
   const auto port = CLI::Range(0, 65535);
   app.set_version_flag("--version", "tessera-region " TESSERA_VERSION);
-  app.add_option("--region", raw.region, "which region of the instance this is, from 1")->required();
+  app.add_option("--region", raw.region, "which region of the instance this is, from 1; required");
   app.add_option("--bind-address", options.bind_address, "IPv4 address to listen on")->capture_default_str();
   app.add_option("--metrics-listen", raw.metrics_listen,
                  "ADDRESS:PORT of /metrics; port 0 takes a free one; left out: 127.0.0.1, alone at the third port");
@@ -36,6 +36,8 @@ void Declare(CLI::App& app, RawFlags& raw) {
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_option("--log-file", options.log_file, "append the log to this file instead of stderr");
+  app.add_option("--describe-game-module", options.describe_game_module,
+                 "load this shared library, say on one line which game it is, and end");
 
   const char* alone = "Standalone, without a control plane";
   app.add_option("--scene", raw.standalone.scene_path, "scene file, textproto or JSON")->group(alone);
@@ -189,9 +191,12 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
   } catch (const CLI::Error& error) {
     return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", error.what(), "\n")};
   }
+  if (!raw.options.describe_game_module.empty()) return raw.options;
   const bool under_agent = !raw.options.agent_socket.empty();
   absl::Status status = absl::OkStatus();
-  if (under_agent && !raw.standalone.scene_path.empty()) {
+  if (app.count("--region") == 0) {
+    status = absl::InvalidArgumentError("--region is required");
+  } else if (under_agent && !raw.standalone.scene_path.empty()) {
     status = absl::InvalidArgumentError("--agent-socket and --scene: the agent gives the scene; use one of them");
   } else if (under_agent && !raw.standalone.game_path.empty()) {
     status = absl::InvalidArgumentError("--agent-socket and --game: the agent gives the game; use one of them");

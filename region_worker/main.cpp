@@ -7,7 +7,10 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <string>
 
+#include "game_sdk/native/native_module.h"
 #include "region_worker/flags.h"
 #include "region_worker/wait.h"
 #include "region_worker/worker_shell.h"
@@ -32,6 +35,18 @@ bool RedirectStderr(const std::string& path) {
   return done;
 }
 
+// "game module arena abi 1 hash 9f86d0...": for an agent, which loads no library itself, because one that crashes as it
+// is loaded ends the process.
+int DescribeModule(const std::filesystem::path& path) {
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  const auto module = tessera::game::NativeModule::Load(folder, path.stem().string());
+  if (!module.ok()) {
+    return Exit(tessera::worker::kExitFailure, "tessera-region: " + std::string(module.status().message()) + "\n");
+  }
+  return Exit(tessera::worker::kExitOk, "game module " + (*module)->name() + " abi " +
+                                            std::to_string(TESSERA_GAME_ABI) + " hash " + (*module)->hash() + "\n");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -41,6 +56,7 @@ int main(int argc, char** argv) {
   const auto parsed = ParseFlags(argc, argv);
   if (const auto* exit_now = std::get_if<ExitNow>(&parsed)) return Exit(exit_now->status, exit_now->text);
   const auto& options = std::get<WorkerOptions>(parsed);
+  if (!options.describe_game_module.empty()) return DescribeModule(options.describe_game_module);
   if (!options.log_file.empty() && !RedirectStderr(options.log_file)) {
     return Exit(kExitUsage, "tessera-region: --log-file " + options.log_file + ": " + std::strerror(errno) + "\n");
   }

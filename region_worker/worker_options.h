@@ -34,8 +34,9 @@ struct WorkerOptions {
   std::string metrics_host = "127.0.0.1";                        // not where players come, unless told so
   std::string agent_socket;                                      // empty: standalone
   std::optional<Standalone> standalone;
-  std::string log_level;  // empty: as telemetry/logging.h says
-  std::string log_file;   // empty: stderr
+  std::string describe_game_module;  // path of a library to be described, and nothing else; empty: none
+  std::string log_level;             // empty: as telemetry/logging.h says
+  std::string log_file;              // empty: stderr
 };
 
 // How the process ends.

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
+#include "game_sdk/native/native_module.h"
 #include "net/protocol.h"
 #include "region_worker/input_files.h"
 #include "region_worker/priority.h"
@@ -261,6 +263,15 @@ void WorkerShell::Do(const RequestScene& action) {
 }
 
 void WorkerShell::Do(const RequestGame& action) { core_->GameLoaded(ReadGameFile(action.path), Clock::now()); }
+
+// The agent has put the folder and the name together; the name is checked once more.
+void WorkerShell::Do(const RequestModule& action) {
+  const std::string folder = std::filesystem::path(action.path).parent_path().string();
+  const auto module = game::NativeModule::Load(folder, action.name, action.hash);
+  if (!module.ok()) return core_->ModuleLoaded(module.status(), Clock::now());
+  spdlog::info("game module loaded name={} hash={}", (*module)->name(), (*module)->hash());
+  core_->ModuleLoaded(&(*module)->module(), Clock::now());
+}
 
 void WorkerShell::Do(const RequestState& action) { core_->StateLoaded(ReadStateFile(action.path), Clock::now()); }
 

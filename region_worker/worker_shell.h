@@ -61,6 +61,7 @@ class WorkerShell {
   void Do(const CutLink& action);
   void Do(const RequestScene& action);
   void Do(const RequestGame& action);
+  void Do(const RequestModule& action);
   void Do(const RequestState& action);
   void Do(WriteCheckpoint& action);
   void Do(const OpenPorts& action);

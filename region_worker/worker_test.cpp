@@ -119,6 +119,24 @@ TEST(WorkerModuleTest, ALibraryRunsAsAGame) {
   EXPECT_NE(metrics.find("\ntessera_game_errors_total 0\n"), std::string::npos) << metrics;
 }
 
+std::string Describe(const std::string& name, int status) {
+  WorkerProcess worker({"--describe-game-module", TESSERA_BINARY_DIR "/game_modules/" + name + ".so"});
+  EXPECT_EQ(worker.Wait(), status) << worker.said();
+  return worker.said();
+}
+
+TEST(WorkerModuleTest, DescribesALibraryForItsAgentOnOneLine) {
+  const std::string said = Describe("fountain", kExitOk);
+  EXPECT_EQ(said.find("game module fountain abi 1 hash "), 0U) << said;
+  EXPECT_EQ(said.size(), std::string("game module fountain abi 1 hash ").size() + 65) << said;
+}
+
+TEST(WorkerModuleTest, DescribesWhyALibraryCannotRunHere) {
+  EXPECT_EQ(Describe("other_abi", kExitFailure),
+            "tessera-region: game module other_abi: is made for version 8 of the interface, and this is version 1\n");
+  EXPECT_NE(Describe("absent", kExitFailure).find("game module absent: "), std::string::npos);
+}
+
 TEST(WorkerModuleTest, OneThatCrashesSaysWhere) {
   WorkerProcess worker(WithModule("crashes", FreeBasePort(1)));
   worker.Wait();

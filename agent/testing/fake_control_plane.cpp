@@ -104,6 +104,8 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
       for (const auto& report : message.heartbeat().workers()) record.reports[report.identity().region()] = report;
     } else if (message.has_report()) {
       record.reports[message.report().identity().region()] = message.report();
+    } else if (message.has_game_modules()) {
+      record.module_lists.push_back(message.game_modules());
     } else if (message.has_exited()) {
       record.exits.push_back(message.exited());
     }

@@ -29,6 +29,7 @@ struct ControlRecord {
   std::uint64_t acted_on = 0;                         // desired revision of the last heartbeat
   std::map<std::uint32_t, v1::WorkerReport> reports;  // the last, by region
   std::vector<v1::WorkerExited> exits;
+  std::vector<v1::GameModuleList> module_lists;  // that came after the hello
 };
 
 class FakeControlPlane {

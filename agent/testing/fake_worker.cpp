@@ -6,6 +6,7 @@
 //   hang             never attaches
 //   abort            writes 30 lines and aborts when ordered to run
 //   stubborn         attaches, then ignores orders to stop and SIGTERM
+//   die-in-game      says that it dies in its game, and aborts when ordered to run
 //
 // FAKE_WORKER_GUARD=PID: it ends when that process (the test) does, so that nothing outlives a test that was killed.
 #include <grpcpp/grpcpp.h>
@@ -18,6 +19,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <sstream>
 #include <string>
 #include <thread>
 
@@ -127,6 +129,10 @@ class Worker {
     address.set_link_port(static_cast<std::uint32_t>(Number("link-port")));
     address.set_metrics_port(MetricsPort());
     report_.set_phase(order.run() ? v1::WORKER_PHASE_RUNNING : v1::WORKER_PHASE_LINKED);
+    if (order.run() && mode_ == "die-in-game") {
+      std::fprintf(stderr, "died in game module %s: Aborted in on_tick\n", order.game_name().c_str());
+      std::abort();
+    }
     if (order.run() && mode_ == "abort") {
       for (int line = 1; line <= 30; ++line) std::fprintf(stderr, "crash line %d\n", line);
       std::abort();
@@ -139,11 +145,21 @@ class Worker {
   bool stopped_ = false;
 };
 
+// A library of a test is a text: the lines that are said about it. "crash" at its beginning: and then it dies.
+int Describe(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  std::fprintf(stderr, "%s", text.str().c_str());
+  if (text.str().starts_with("crash")) std::raise(SIGKILL);
+  return text.str().starts_with("game module") ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   EndWithTest();
   std::map<std::string, std::string> flags;
   for (int i = 1; i + 1 < argc; i += 2) flags[std::string(argv[i]).substr(2)] = argv[i + 1];
+  if (flags.contains("describe-game-module")) return Describe(flags["describe-game-module"]);
   return Worker(std::move(flags)).Run();
 }

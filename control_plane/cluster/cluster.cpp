@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/cluster/views.h"
+#include "control_plane/game_deaths.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
 #include "control_plane/report_limits.h"
@@ -14,6 +15,26 @@
 #include "net/signing_key.h"
 
 namespace tessera::control {
+namespace {
+
+absl::Status NativeGameError(const absl::Status& status) {
+  return {status.code(), absl::StrCat("spec.native_game: ", status.message())};
+}
+
+// What each region of a new instance takes of its host. A native game of any build gets the one that the hosts have.
+absl::StatusOr<RegionNeeds> NeedsOfPlan(const ClusterState& state, const InstancePlan& plan) {
+  RegionNeeds needs{.threads = plan.region_threads};
+  if (!plan.game_native) return needs;
+  needs.module = plan.game_name;
+  needs.build = plan.game_hash;
+  if (!needs.build.empty()) return needs;
+  auto build = BuildOfModule(state, needs.module);
+  if (!build.ok()) return NativeGameError(build.status());
+  needs.build = *std::move(build);
+  return needs;
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Load(Store& store, const ControlSettings& settings,
                                                        RandomBytes random, Now now) {
@@ -162,7 +183,10 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
     case v1::AgentMessage::kReport:
       TakeReport(now, *host, message.report(), touched);
       break;
+    case v1::AgentMessage::kGameModules:
+      return hosts_.NoteModules(*host, message.game_modules());
     case v1::AgentMessage::kExited:
+      NoteGameDeath(*host, message.exited(), touched);
       if (!reports_.TakeExit(*host, message.exited(), touched)) awaits = failovers_.NoteExit(*host, message.exited());
       break;
     case v1::AgentMessage::kInventory:
@@ -179,6 +203,18 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
   if (awaits != nullptr) touched.insert(awaits->number);
   reconciler_.Reconcile(now, touched);
   return absl::OkStatus();
+}
+
+// Before the exit itself is acted on: that may end in a failover or a restore, and both go on from the record.
+void Cluster::NoteGameDeath(const HostEntry& host, const v1::WorkerExited& exited, InstanceNumbers& touched) {
+  InstanceEntry* instance = state_->FindInstance(exited.identity().instance_id());
+  if (instance == nullptr) return;
+  const auto next = CountGameDeath(instance->record, instance->newest_tick, host.record, exited);
+  if (!next) return;
+  if (absl::Status status = state_->StoreInstance(*instance, *next); !status.ok()) {
+    return LogTrouble(*state_, *instance, "a death in the game cannot be counted for now", status);
+  }
+  touched.insert(instance->number);
 }
 
 void Cluster::HandleAgentGone(StreamId stream) {
@@ -214,9 +250,13 @@ void Cluster::TakeReports(Now now, HostEntry& host, const ReportList& reports,
 
 absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan& plan, bool validate_only) {
   if (const InstanceEntry* made = state_->FindByRequestId(plan.request_id)) return ViewOf(*state_, *made);
-  const auto placed = PlaceAnew(*state_, plan.map, plan.region_threads, nullptr, settings_.failover_after, now);
+  const auto needs = NeedsOfPlan(*state_, plan);
+  if (!needs.ok()) return needs.status();
+  const auto placed = PlaceAnew(*state_, plan.map, *needs, nullptr, settings_.failover_after, now);
+  if (absl::IsFailedPrecondition(placed.status())) return NativeGameError(placed.status());
   if (!placed.ok()) return placed.status();
   records::Instance record = NewInstance(plan, *placed, now);
+  if (plan.game_native) record.set_game_hash(needs->build);
   if (validate_only) {
     InstanceEntry draft;
     draft.record = std::move(record);
@@ -406,8 +446,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   }
   const auto map = FromProto(manifest.map());
   if (!map.ok()) return map.status();
-  const auto placed =
-      PlaceAnew(*state_, *map, RegionThreadsOf(instance->record), instance, settings_.failover_after, now);
+  const auto placed = PlaceAnew(*state_, *map, NeedsOf(instance->record), instance, settings_.failover_after, now);
   if (!placed.ok()) return placed.status();
   if (validate_only) return ViewOf(*state_, *instance);
   const records::Instance next = checkpoints_.Restored(*instance, manifest, *placed, now);
@@ -423,6 +462,11 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   instances_.Entered(*instance, state, now);
   reconciler_.Reconcile(now, *instance);
   return ViewOf(*state_, *instance);
+}
+
+bool Cluster::RestoreWanted(const std::string& id) const {
+  const InstanceEntry* instance = state().FindInstance(id);
+  return instance != nullptr && !checkpoints_.RestoreWanted(*instance).empty();
 }
 
 void Cluster::CannotRestore(Now now, const std::string& id, const std::string& why) {

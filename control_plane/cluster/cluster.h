@@ -119,6 +119,8 @@ class Cluster {
   // All workers start again, from the checkpoint.
   absl::StatusOr<v1::Instance> Restore(Now now, const std::string& id, const records::Manifest& manifest,
                                        const Contents& contents, bool validate_only);
+  // True while the instance cannot go on but from a checkpoint.
+  bool RestoreWanted(const std::string& id) const;
   // No checkpoint is whole: the instance has FAILED.
   void CannotRestore(Now now, const std::string& id, const std::string& why);
 
@@ -135,6 +137,7 @@ class Cluster {
   void Adopt(Now now, InstanceEntry& instance);
   void Forget(std::uint64_t number);
   void NoteTime(Now now);
+  void NoteGameDeath(const HostEntry& host, const v1::WorkerExited& exited, InstanceNumbers& touched);
   void NoteHeard(Now now, HostEntry& host);
   void TakeReport(Now now, const HostEntry& host, const v1::WorkerReport& report, InstanceNumbers& touched);
   void TakeReports(Now now, HostEntry& host, const ReportList& reports, std::optional<std::uint64_t> acted_revision,

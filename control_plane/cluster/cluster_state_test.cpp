@@ -95,6 +95,17 @@ TEST(ClusterStateTest, ASceneGoesWithTheLastInstanceThatUsesIt) {
   EXPECT_FALSE(rig.state->ContentInUse(SceneKey(first.record.scene_hash())));
 }
 
+TEST(ClusterStateTest, ANativeGameHasNoFileInTheStore) {
+  StateRig rig;
+  records::Instance record = rig.AddRunning({&rig.AddHost("alpha")}).record;
+  record.set_game_name("arena");
+  record.set_game_hash("feed");
+  record.set_game_native(true);
+  ASSERT_TRUE(rig.state->AddInstance(record, {"scene", ""}).ok());
+  EXPECT_TRUE(rig.store.List("game/")->empty());
+  EXPECT_TRUE(ClusterState::Load(rig.store).ok());
+}
+
 TEST(ClusterStateTest, AGameIsStoredOnceSurvivesAnotherLifeAndGoesWithTheLastInstanceThatRunsIt) {
   StateRig rig;
   HostEntry& alpha = rig.AddHost("alpha");

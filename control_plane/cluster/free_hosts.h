@@ -1,6 +1,8 @@
 // Where regions can be placed now: hosts that take them, and plans for whole instances on those. Pure.
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -9,18 +11,35 @@
 
 namespace tessera::control {
 
-// Hosts that take regions, with the number of regions of `threads` threads that each has room for: every thread takes a
-// place. Places of `without`, if given, count as free.
-std::vector<FreeHost> FreeHosts(const ClusterState& state, std::uint32_t threads, const InstanceEntry* without);
+// What a region takes of its host.
+struct RegionNeeds {
+  std::uint32_t threads = 1;
+  std::string module = {};  // a native game that the host must have; empty: none
+  std::string build = {};   // its hash; empty: any
+};
+RegionNeeds NeedsOf(const records::Instance& record);
+
+// Hosts that take regions, with the number of such regions that each has room for: every thread takes a place. Hosts
+// without the native game are left out. Places of `without`, if given, count as free.
+std::vector<FreeHost> FreeHosts(const ClusterState& state, const RegionNeeds& needs, const InstanceEntry* without);
 
 // Those of them that were heard within `silence`: what is placed on a host that has just died waits in vain until the
 // host counts as lost.
-std::vector<FreeHost> HeardHosts(const ClusterState& state, std::uint32_t threads, const InstanceEntry* without,
+std::vector<FreeHost> HeardHosts(const ClusterState& state, const RegionNeeds& needs, const InstanceEntry* without,
                                  Steady silence, Now now);
 
 // Places all regions of `map` on heard hosts if they have room, else on all that take regions: a busy machine is silent
-// for a moment, too. RESOURCE_EXHAUSTED when there is no room.
-absl::StatusOr<PlacementPlan> PlaceAnew(const ClusterState& state, const PartitionMap& map, std::uint32_t threads,
+// for a moment, too. RESOURCE_EXHAUSTED when there is no room, FAILED_PRECONDITION where no host that takes regions has
+// the native game; both name the hosts that lack it.
+absl::StatusOr<PlacementPlan> PlaceAnew(const ClusterState& state, const PartitionMap& map, const RegionNeeds& needs,
                                         const InstanceEntry* without, Steady silence, Now now);
+
+// `status`, with the hosts that take regions and lack the native game: "...; without native:arena@1a2b3c4d: beta (has
+// no such game module)".
+absl::Status NamingLackingHosts(const ClusterState& state, const RegionNeeds& needs, const absl::Status& status);
+
+// The build of the native game that all hosts have that take regions and can run it. FAILED_PRECONDITION names the
+// hosts where none has one, or where they have different ones.
+absl::StatusOr<std::string> BuildOfModule(const ClusterState& state, const std::string& module);
 
 }  // namespace tessera::control

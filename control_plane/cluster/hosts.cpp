@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/one_line.h"
+#include "control_plane/report_limits.h"
 #include "core/world/limits.h"
 
 namespace tessera::control {
@@ -59,6 +60,7 @@ absl::Status CheckSizes(const v1::AgentHello& hello) {
 
 absl::Status CheckHello(const v1::AgentHello& hello) {
   if (absl::Status status = CheckSizes(hello); !status.ok()) return status;
+  if (absl::Status status = CheckModules("hello", hello.game_modules()); !status.ok()) return status;
   const std::string& address = hello.advertise_address();
   const auto has_only = [](const std::string& text, const char* more) {
     return std::all_of(text.begin(), text.end(), [more](char c) {
@@ -204,6 +206,7 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
   *next.mutable_resources() = hello.resources();
   next.set_version(hello.version());
   next.set_boot_id(hello.boot_id());
+  *next.mutable_game_modules() = hello.game_modules();
   if (!hello.join_token().empty()) {
     admission.admitted.set_host_secret(MakeHostSecret(random_));
     next.set_secret_hash(HashSecret(admission.admitted.host_secret()));
@@ -223,6 +226,12 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
   admission.admitted.set_host_name(host.record.name());
   admission.admitted.set_heartbeat_interval_ms(static_cast<std::uint32_t>(settings_.heartbeat_interval.count()));
   return admission;
+}
+
+absl::Status Hosts::NoteModules(HostEntry& host, const v1::GameModuleList& modules) {
+  records::Host next = host.record;
+  *next.mutable_game_modules() = modules;
+  return state_.StoreHost(host, next);
 }
 
 // --- Liveness.
@@ -300,6 +309,7 @@ v1::Host ViewOf(const HostEntry& host) {
     *view.mutable_last_heartbeat_time() = ToTimestamp(host.last_heartbeat_time);
   view.set_metrics_port(host.record.metrics_port());
   view.set_max_regions(MaxRegionsOf(host));
+  *view.mutable_game_modules() = host.record.game_modules().modules();
   return view;
 }
 

@@ -35,6 +35,9 @@ class Hosts {
   // Admits an agent and opens its stream. UNAUTHENTICATED, PERMISSION_DENIED (the host was removed), INVALID_ARGUMENT.
   absl::StatusOr<Admission> Admit(const v1::AgentHello& hello, Now now);
 
+  // The native games that an admitted host has from now on. UNAVAILABLE: it is not stored, and is to be sent again.
+  absl::Status NoteModules(HostEntry& host, const v1::GameModuleList& modules);
+
   // The host was loaded: nobody is lost before there was time to be heard.
   void Adopt(HostEntry& host, Now now) { host.last_heard = now.steady; }
   // How long this process itself stood still before `now`, if it did: it heard nobody meanwhile, which is no silence of

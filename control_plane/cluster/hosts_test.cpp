@@ -149,12 +149,13 @@ TEST_F(HostsTest, RegionsArePlacedOnHeardHostsWhileThoseHaveRoom) {
   HostEntry &alpha = rig_.AddHost("alpha", 4), &beta = rig_.AddHost("beta", 4);
   rig_.AddRunning({&alpha, &alpha});
   beta.last_heard = rig_.now.steady - seconds(2);
-  const auto free = FreeHosts(*rig_.state, 1, nullptr);
+  const auto free = FreeHosts(*rig_.state, {.threads = 1}, nullptr);
   ASSERT_EQ(free.size(), 2U);
   EXPECT_EQ(free[0].free, 2U);
-  EXPECT_EQ(HeardHosts(*rig_.state, 1, nullptr, seconds(1), rig_.now).size(), 1U);
+  EXPECT_EQ(HeardHosts(*rig_.state, {.threads = 1}, nullptr, seconds(1), rig_.now).size(), 1U);
   const auto places = [&](std::uint32_t regions) {
-    return PlaceAnew(*rig_.state, *MakeGridMap({0, 0, 100, 100}, regions), 1, nullptr, seconds(1), rig_.now);
+    return PlaceAnew(*rig_.state, *MakeGridMap({0, 0, 100, 100}, regions), {.threads = 1}, nullptr, seconds(1),
+                     rig_.now);
   };
   const auto few = places(2);
   for (const PlacedRegion& placed : few->regions) EXPECT_EQ(placed.host_id, alpha.record.id());
@@ -162,13 +163,36 @@ TEST_F(HostsTest, RegionsArePlacedOnHeardHostsWhileThoseHaveRoom) {
   EXPECT_EQ(places(7).status().code(), absl::StatusCode::kResourceExhausted);
 }
 
+TEST_F(HostsTest, NativeGamesComeWithTheHelloAndLaterAndAreStored) {
+  v1::AddHostRequest add;
+  add.set_name("alpha");
+  v1::AgentHello hello;
+  hello.set_join_token(hosts_.Add(add, rig_.now)->join_token());
+  hello.set_advertise_address("10.0.0.1");
+  v1::GameModule& module = *hello.mutable_game_modules()->add_modules();
+  module.set_name("arena");
+  module.set_hash("feed");
+  EXPECT_EQ(hosts_.Admit(hello, rig_.now).status().message(), "hello.game_modules.hash: must be 64 hexadecimal digits");
+  module.set_hash(std::string(64, 'a'));
+  const auto admission = hosts_.Admit(hello, rig_.now);
+  ASSERT_TRUE(admission.ok()) << admission.status();
+  HostEntry& host = *rig_.state->HostOf(admission->stream);
+  ASSERT_EQ(ViewOf(host).game_modules_size(), 1);
+  EXPECT_EQ(ViewOf(host).game_modules(0).name(), "arena");
+  ASSERT_TRUE(hosts_.NoteModules(host, {}).ok());
+  EXPECT_EQ(ViewOf(host).game_modules_size(), 0);
+  rig_.store.FailNext(1);
+  EXPECT_FALSE(hosts_.NoteModules(host, hello.game_modules()).ok());
+  EXPECT_EQ(ViewOf(host).game_modules_size(), 0) << "memory follows the store";
+}
+
 TEST_F(HostsTest, EachThreadOfARegionTakesAPlace) {
   HostEntry& alpha = rig_.AddHost("alpha", 8);
   rig_.AddRunning({&alpha, &alpha}).record.set_region_threads(2);
-  EXPECT_EQ(FreeHosts(*rig_.state, 1, nullptr)[0].free, 4U);
-  EXPECT_EQ(FreeHosts(*rig_.state, 2, nullptr)[0].free, 2U);
-  EXPECT_EQ(FreeHosts(*rig_.state, 3, nullptr)[0].free, 1U);
-  EXPECT_EQ(FreeHosts(*rig_.state, 5, nullptr)[0].free, 0U);
+  EXPECT_EQ(FreeHosts(*rig_.state, {.threads = 1}, nullptr)[0].free, 4U);
+  EXPECT_EQ(FreeHosts(*rig_.state, {.threads = 2}, nullptr)[0].free, 2U);
+  EXPECT_EQ(FreeHosts(*rig_.state, {.threads = 3}, nullptr)[0].free, 1U);
+  EXPECT_EQ(FreeHosts(*rig_.state, {.threads = 5}, nullptr)[0].free, 0U);
 }
 
 }  // namespace

@@ -107,6 +107,7 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
   const GameName game = GameAfter(record, request.tick());
   manifest.set_game_name(game.name);
   manifest.set_game_hash(game.hash);
+  manifest.set_game_native(record.game_native());
   v1::WorldTerms terms = TermsOf(record);
   terms.set_game(game.number);
   SetTerms(terms, *manifest.mutable_map());

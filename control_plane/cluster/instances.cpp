@@ -98,8 +98,7 @@ std::optional<records::Instance> Instances::NextPlaced(const InstanceEntry& inst
       });
   records::Instance next = record;
   if (!usable) {
-    const auto placed =
-        PlaceAnew(state_, instance.map, RegionThreadsOf(record), &instance, settings_.failover_after, now);
+    const auto placed = PlaceAnew(state_, instance.map, NeedsOf(record), &instance, settings_.failover_after, now);
     if (!placed.ok()) {
       const bool late = now.steady - instance.state_since >= settings_.start_timeout;
       if (!late && record.reason() == placed.status().message()) return std::nullopt;

@@ -62,6 +62,7 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   order.set_scene_hash(record.scene_hash());
   order.set_game_hash(record.game_hash());
   order.set_game_name(record.game_name());
+  order.set_game_native(record.game_native());
   *order.mutable_map() = record.map();
   const net::VerificationKey& key = instance.key.verification_key();
   order.set_instance_key(key.data(), key.size());

@@ -12,6 +12,7 @@
 #include "control_plane/one_line.h"
 #include "control_plane/standbys.h"
 #include "control_plane/world_terms.h"
+#include "core/game/native_name.h"
 #include "core/world/limits.h"
 #include "core/world/world_terms.h"
 
@@ -83,8 +84,8 @@ absl::StatusOr<std::optional<records::Instance>> PlannedChanges::Scale(const Ins
   if (AtRest(next)) {  // else it is tried once that is over
     const auto planned =
         PlanChange(next, Facts(instance, now),
-                   HeardHosts(state_, RegionThreadsOf(instance.record), nullptr, settings_.failover_after, now));
-    if (!planned.ok()) return planned.status();
+                   HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now));
+    if (!planned.ok()) return NamingLackingHosts(state_, NeedsOf(instance.record), planned.status());
   }
   if (next.wanted_regions() == instance.record.wanted_regions()) return std::nullopt;
   AddEvent(next, now, absl::StrCat("scaling from ", instance.record.map().regions_size(), " to ", regions));
@@ -101,8 +102,8 @@ absl::StatusOr<std::optional<records::Instance>> PlannedChanges::Restart(const I
   if (AtRest(next)) {  // else it is tried once that is over
     const auto planned =
         PlanChange(next, Facts(instance, now),
-                   HeardHosts(state_, RegionThreadsOf(instance.record), nullptr, settings_.failover_after, now));
-    if (!planned.ok()) return planned.status();
+                   HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now));
+    if (!planned.ok()) return NamingLackingHosts(state_, NeedsOf(instance.record), planned.status());
   }
   if (next.wanted_regions() == 0) next.set_wanted_regions(static_cast<std::uint32_t>(next.map().regions_size()));
   AddEvent(next, now, absl::StrCat("replacing ", next.map().regions_size(), " workers one after the other"));
@@ -138,6 +139,11 @@ absl::StatusOr<std::optional<records::Instance>> PlannedChanges::SetGame(const I
   const records::Instance& record = instance.record;
   if (record.game_hash().empty()) {
     return absl::FailedPreconditionError(absl::StrCat("id: ", record.id(), " runs no game that could be replaced"));
+  }
+  if (record.game_native()) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", record.id(), " runs ",
+                                                      game::NativeGameText(record.game_name(), record.game_hash()),
+                                                      ", and a native game is not changed while its world runs"));
   }
   if (record.games().has_next() && record.games().next().hash() != hash) {
     return absl::FailedPreconditionError(
@@ -212,12 +218,12 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
     const WorkerEntry& worker = instance.workers[i];
     facts[i].step_s = SmoothedStep(worker, change.workers[worker.incarnation]);
   }
-  auto planned =
-      PlanChange(instance.record, facts,
-                 HeardHosts(state_, RegionThreadsOf(instance.record), nullptr, settings_.failover_after, now));
+  auto planned = PlanChange(instance.record, facts,
+                            HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now));
   if (!planned.ok()) {
     change.not_before = now.steady + kChangeRetry;
-    LogTrouble(state_, instance, "change cannot be made for now", planned.status());
+    LogTrouble(state_, instance, "change cannot be made for now",
+               NamingLackingHosts(state_, NeedsOf(instance.record), planned.status()));
     return std::nullopt;
   }
   if (!*planned) change.not_before = now.steady + kBalanceInterval;

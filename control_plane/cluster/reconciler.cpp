@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "control_plane/game_deaths.h"
+
 namespace tessera::control {
 
 void Reconciler::Reconcile(Now now, const InstanceNumbers& touched) {
@@ -35,6 +37,10 @@ std::optional<records::Instance> Reconciler::NextRecord(Now now, InstanceEntry& 
   const v1::InstanceState state = instance.record.state();
   if (state == v1::INSTANCE_STATE_PLACING) return parts_.instances.NextPlaced(instance, now);
   if (state == v1::INSTANCE_STATE_RUNNING) {
+    if (auto next = FailedByGame(instance.record, now)) {
+      parts_.checkpoints.Restarted(instance);  // no checkpoint brings it back by itself
+      return next;
+    }
     if (auto next = Failovers::NextProtected(instance)) return next;
     if (auto next = NextFailoverOrChange(now, instance)) return next;
     if (auto next = parts_.players.NextVanished(instance, now)) return next;

@@ -95,6 +95,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_scene_hash(record.scene_hash());
   view.set_game_name(record.game_name());
   view.set_game_hash(record.game_hash());
+  view.set_game_native(record.game_native());
   view.set_game_number(record.map().terms().game());
   view.set_game_since_tick(record.games().since_tick());
   view.set_next_game_hash(record.games().next().hash());

@@ -37,6 +37,8 @@ std::string DescribeExit(const v1::WorkerExited& exited, const v1::WorkerReport&
   std::string text = "worker ";
   if (!exited.started()) {
     text += exited.reason().empty() ? "could not be started" : "could not be started: " + exited.reason();
+  } else if (!exited.died_in_game().empty()) {
+    return OneLine(absl::StrCat("worker died in game module ", exited.died_in_game()), kMaxReasonBytes);
   } else if (!exited.reason().empty()) {
     text += exited.reason();
   } else if (exited.signal() != 0) {

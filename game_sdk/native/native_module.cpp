@@ -18,7 +18,6 @@
 namespace tessera::game {
 namespace {
 
-constexpr std::size_t kMaxModuleName = 63;
 constexpr char kEntry[] = "tessera_game_module_1";
 
 // A library of this process, by the game's name.
@@ -112,14 +111,6 @@ absl::StatusOr<const tessera_game_module*> Open(const std::string& path) {
 }
 
 }  // namespace
-
-absl::Status CheckModuleName(std::string_view name) {
-  const bool sound = !name.empty() && name.size() <= kMaxModuleName && std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
-  if (sound) return absl::OkStatus();
-  return absl::InvalidArgumentError("game module: its name must be 1 to 63 letters, digits, '_' and '-'");
-}
 
 NativeModule::NativeModule(std::string name, std::string hash)
     : name_(std::move(name)),

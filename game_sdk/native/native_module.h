@@ -16,19 +16,14 @@
 #include <string>
 #include <string_view>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/game/native_name.h"
 #include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
 
-// Begins the line: "died in game module arena: Segmentation fault in kinds.ball.on_tick".
-inline constexpr std::string_view kDiedInModule = "died in game module ";
 // Bytes of a library. All of it is read once, for its hash.
 inline constexpr std::size_t kMaxModuleBytes = std::size_t{256} << 20;
-
-// INVALID_ARGUMENT: a name is 1 to 63 letters, digits, '_' and '-'; so it names no folder.
-absl::Status CheckModuleName(std::string_view name);
 
 class NativeModule {
  public:

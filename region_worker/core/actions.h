@@ -43,6 +43,9 @@ struct RequestScene {  // answered by SceneLoaded
 struct RequestGame {  // answered by GameLoaded
   std::string path, hash;
 };
+struct RequestModule {  // answered by ModuleLoaded
+  std::string path, name, hash;
+};
 struct RequestState {  // answered by StateLoaded
   std::string path;
 };
@@ -116,9 +119,10 @@ struct PrintFailure {
   std::string reason;
 };
 
-using Action = std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestState, WriteCheckpoint,
-                            OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep, ExpelPlayer, ReplacePlayer,
-                            SendReport, SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
+using Action =
+    std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestModule, RequestState,
+                 WriteCheckpoint, OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep, ExpelPlayer,
+                 ReplacePlayer, SendReport, SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
 using Actions = std::vector<Action>;
 
 inline void LogInfo(Actions& actions, std::string line) { actions.emplace_back(Log{Severity::kInfo, std::move(line)}); }

@@ -198,7 +198,8 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
                   .hash = message.game_hash(),
                   .name = message.game_name(),
                   .number = 0,
-                  .failure = {}};
+                  .failure = {},
+                  .native = message.game_native()};
   }
   if (message.has_next_game()) {
     const v1::NextGame& next = message.next_game();

@@ -120,7 +120,12 @@ void WorkerCore::Load() {
     actions_.emplace_back(RequestScene{order_.scene_path, order_.scene_hash});
     loading_ = true;
   } else if (order_.game && !game_) {
-    actions_.emplace_back(RequestGame{order_.game->path, order_.game->hash});
+    const OrderedGame& game = *order_.game;
+    if (game.native) {
+      actions_.emplace_back(RequestModule{game.path, game.name, game.hash});
+    } else {
+      actions_.emplace_back(RequestGame{game.path, game.hash});
+    }
     loading_ = true;
   } else if (restores && !initial_) {
     actions_.emplace_back(RequestState{order_.initial_state->path});
@@ -162,6 +167,15 @@ void WorkerCore::GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint 
   Progress(now);
 }
 
+void WorkerCore::ModuleLoaded(const absl::StatusOr<const tessera_game_module*>& module, TimePoint now) {
+  loading_ = false;
+  if (stopping() || !order_.game || !order_.game->native) return;
+  if (!module.ok()) return Fail(module.status());
+  setup_.game_module = *module;
+  game_ = game::GameFile{order_.game->name, ""};
+  Progress(now);
+}
+
 void WorkerCore::StateLoaded(const absl::StatusOr<region::Bytes>& bytes, TimePoint now) {
   loading_ = false;
   if (stopping() || !order_.initial_state) return;
@@ -182,6 +196,7 @@ absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::LoadNext(const absl:
     return absl::DataLossError(absl::StrCat("game ", next.path, ": has hash ", hash, ", not ", next.hash));
   }
   if (run_->game() == nullptr) return absl::FailedPreconditionError("this world runs no game");
+  if (setup_.game_module != nullptr) return absl::FailedPreconditionError("this world runs a native game");
   auto host = game::GameHost::Load(*game::LuaGameModule(), file, scene_, {},
                                    game::GameSeed(setup_.identity.instance_id), next.number);
   if (!host.ok()) return host.status();

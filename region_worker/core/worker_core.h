@@ -74,6 +74,8 @@ class WorkerCore {
   // The file, as it is; the game in it is loaded before the region begins, and one that does not load is a failure. Of
   // a game that is to take its place, which comes while the region runs, a report says why.
   void GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint now);
+  // The functions of the native game, which are there as long as the process; or why it cannot run here.
+  void ModuleLoaded(const absl::StatusOr<const tessera_game_module*>& module, TimePoint now);
   void StateLoaded(const absl::StatusOr<region::Bytes>& state, TimePoint now);
   void CheckpointWritten(Tick tick, const absl::Status& status) { checkpoints_.Written(tick, status, actions_); }
 

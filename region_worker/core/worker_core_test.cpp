@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/game/testing/scripted_game.h"
 #include "core/world/partition_io.h"
 #include "region_worker/testing/certify.h"
 #include "region_worker/testing/core_rig.h"
@@ -116,6 +117,41 @@ TEST_F(WorkerCoreTest, ASceneThatCannotBeReadEndsItWithAReason) {
   const v1::WorkerReport last = ReportIn(Advance());
   EXPECT_EQ(last.phase(), v1::WORKER_PHASE_STOPPING);
   EXPECT_EQ(last.failure(), core.failure());
+}
+
+TEST_F(WorkerCoreTest, ANativeGameIsAskedForByNameAndBuildAndRuns) {
+  OrderGame("");
+  order.set_game_path("/games/arena.so");
+  order.set_game_name("arena");
+  order.set_game_native(true);
+  order.set_run(true);
+  TakeOrder();
+  const Actions after_scene = Load();
+  EXPECT_THAT(AllOf<RequestGame>(after_scene), IsEmpty());
+  const auto asked = AllOf<RequestModule>(after_scene);
+  ASSERT_THAT(asked, SizeIs(1));
+  EXPECT_EQ(asked[0].path, "/games/arena.so");
+  EXPECT_EQ(asked[0].name, "arena");
+  EXPECT_EQ(asked[0].hash, order.game_hash());
+  static game::ScriptedGame native;  // both outlive the core
+  static const tessera_game_module functions = native.module();
+  core.ModuleLoaded(&functions, now);
+  EXPECT_THAT(AllOf<OpenPorts>(core.TakeActions()), SizeIs(1));
+  Advance();
+  Advance();
+  ASSERT_NE(core.run()->game(), nullptr);
+  EXPECT_EQ(core.phase(), v1::WORKER_PHASE_RUNNING);
+}
+
+TEST_F(WorkerCoreTest, ANativeGameThatCannotRunHereEndsItWithTheReason) {
+  OrderGame("");
+  order.set_game_path("/games/arena.so");
+  order.set_game_native(true);
+  TakeOrder();
+  Load();
+  core.ModuleLoaded(absl::FailedPreconditionError("game module arena: is made for version 8"), now);
+  EXPECT_EQ(core.failure(), "game module arena: is made for version 8");
+  EXPECT_EQ(ReportIn(Advance()).failure(), core.failure());
 }
 
 TEST_F(WorkerCoreTest, AGameIsLoadedBeforeTheRegionBegins) {

@@ -86,6 +86,10 @@ void SimulatedWorker::Do(const worker::CutLink& action) { links_.Cut(action.regi
 
 void SimulatedWorker::Do(const worker::RequestScene&) { core_.SceneLoaded(around_.scene, around_.Now()); }
 
+void SimulatedWorker::Do(const worker::RequestModule& action) {
+  core_.ModuleLoaded(absl::UnimplementedError(action.name + ": the simulator loads no libraries"), around_.Now());
+}
+
 void SimulatedWorker::Do(const worker::RequestGame& action) {
   const bool damaged = around_.damaged_games.contains(identity().region);
   const auto next = around_.next_games.find(action.hash);

@@ -27,7 +27,11 @@ volatile int* volatile nowhere = nullptr;
 TESSERA_GAME_MODULE(game) {
   game.kind("crate").on_contact([](World&, Body, Body) { *nowhere = 1; });
   game.on_tick([](World& world) {
+#if defined(BAD_MODULE_LATE)
+    if (world.tick() >= 400) *nowhere = 1;
+#else
     if (world.tick() == 10) *nowhere = 1;
+#endif
   });
 }
 

@@ -1,0 +1,176 @@
+// Native games on a cluster of real processes: a world counts in one, one stops a world by its crashes, and those that
+// cannot run make nothing.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include "core/world/partition_io.h"
+#include "core/world/sha256.h"
+#include "host/files.h"
+#include "host/temporary_folder.h"
+#include "local_cluster/local_cluster.h"
+#include "tests/end_to_end/world_fixture.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+using testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+constexpr BodyId kBall{2};
+constexpr Vec3d kBallAt{-6, 1, -6};
+
+// A ball that a game throws up again whenever it comes down, in one of four regions.
+constexpr char kScene[] = R"(
+  name: "bounce"
+  bounds { min { x: -12 y: -2 z: -12 } max { x: 12 y: 20 z: 12 } }
+  properties { name: "hits" number: 0 }
+  bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
+  bodies {
+    id: 2 name: "ball" kind: "ball" mass: 1
+    pose { position { x: -6 y: 1 z: -6 } }
+    shape { sphere { radius: 0.5 } }
+  }
+  player {
+    body { name: "player" mass: 80 shape { sphere { radius: 0.5 } } never_sleeps: true }
+    spawn_points { x: 6 y: 0.5 z: 6 }
+    max_force: 1
+    max_speed: 6
+  }
+)";
+
+// A folder of an operator's, with some of the build's modules.
+class GameFolder {
+ public:
+  GameFolder() {
+    fs::create_directory(path());
+    std::ofstream(scene(), std::ios::binary) << kScene;
+    for (const char* name : {"bounce", "crashes_late", "no_entry", "other_abi"}) {
+      const std::string file = std::string(name) + ".so";
+      fs::copy_file(fs::path(TESSERA_BINARY_DIR) / "game_modules" / file, fs::path(path()) / file);
+    }
+  }
+  std::string path() const { return folder_.path() + "/games"; }
+  std::string state() const { return folder_.path(); }
+  std::string scene() const { return folder_.path() + "/bounce.textproto"; }
+  std::string HashOf(const std::string& name) const {
+    return Sha256Hex(host::ReadFile(path() + "/" + name + ".so", std::size_t{64} << 20).value());
+  }
+
+ private:
+  host::TemporaryFolder folder_;
+};
+
+class NativeWorldTest : public WorldTest {
+ protected:
+  // As the player sees it.
+  std::int64_t Hits() {
+    const auto value = run_->bots()[0]->client().PropertyOf(kBall, "hits");
+    return value ? std::get<std::int64_t>(*value) : -1;
+  }
+  GameFolder games_;
+};
+
+TEST_F(NativeWorldTest, AWorldCountsInItAndTheCountOutlivesTheRegionThatDidIt) {
+  Start({.scene = games_.scene(),
+         .game = "native:bounce@" + games_.HashOf("bounce"),
+         .regions = 4,
+         .bots = 1,
+         .hosts = 2,
+         .capacity = 4,
+         .game_modules = games_.path()});
+  const std::string shown = "native:bounce@" + games_.HashOf("bounce").substr(0, 8);
+  EXPECT_THAT(Tessera({"instance", "list"}).out, HasSubstr(shown));
+  EXPECT_THAT(Tessera({"instance", "describe", run_->instance_id()}).out, HasSubstr("Game:     " + shown));
+  ASSERT_TRUE(PlayUntil("all regions protected", [this] {
+    const v1::Instance instance = run_->Latest();
+    return IsSettled() && instance.unprotected_regions().empty() &&
+           std::ranges::all_of(instance.region_status(),
+                               [](const auto& status) { return status.report().acknowledged_tick() > 60; });
+  }));
+  ASSERT_TRUE(PlayUntil("hits", [this] { return Hits() >= 3; }));
+
+  const std::uint32_t owner = FromProto(run_->Latest().map())->OwnerOf(kBallAt).value();
+  const std::int64_t before = Hits();
+  ASSERT_EQ(kill(static_cast<pid_t>(ReportOf(owner).identity().pid()), SIGKILL), 0);
+  std::int64_t least = before;
+  ASSERT_TRUE(PlayUntil("hits by whoever has the ball now", [&] {
+    least = std::min(least, Hits());
+    return run_->Latest().failovers() > 0 && Hits() >= before + 3;
+  }));
+  EXPECT_GE(least, before - 1) << "the count did not begin anew";
+  ASSERT_TRUE(PlayUntil("a new worker in its place", [&] { return IsSettled() && run_->Latest().regions() == 4; }));
+
+  // Its checkpoint names the game and holds no copy of it.
+  ASSERT_EQ(Tessera({"instance", "checkpoint", run_->instance_id()}).exit_code, 0);
+  const std::string file = games_.state() + "/world.tessera";
+  ASSERT_EQ(Tessera({"instance", "export", run_->instance_id(), file}).exit_code, 0);
+  EXPECT_LT(fs::file_size(file), fs::file_size(games_.path() + "/bounce.so"));
+  const auto imported = Tessera({"instance", "import", file, "-o", "name"});
+  EXPECT_EQ(imported.exit_code, 0) << imported.err;
+  const auto changed = Tessera({"instance", "set-game", run_->instance_id(), "native:bounce"});
+  EXPECT_NE(changed.exit_code, 0);
+  EXPECT_THAT(changed.err, HasSubstr("native:bounce"));
+}
+
+class NativeClusterTest : public testing::Test {
+ protected:
+  void Start(const std::string& game_modules, std::uint32_t hosts = 2) {
+    cluster_ = std::make_unique<local::LocalCluster>(local::LocalClusterOptions{
+        .state_dir = games_.state(), .hosts = hosts, .capacity = 8, .game_modules = game_modules});
+  }
+  support::RunResult Tessera(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--control", cluster_->control_address()});
+    return support::RunProgram("tessera", arguments, std::chrono::seconds(150));
+  }
+  // One line, which says why.
+  std::string Refusal(const std::string& game) {
+    const support::RunResult made = Tessera({"instance", "create", "--scene", games_.scene(), "--game", game});
+    EXPECT_NE(made.exit_code, 0) << made.out;
+    EXPECT_EQ(std::count(made.err.begin(), made.err.end(), '\n'), 1) << made.err;
+    return made.err;
+  }
+
+  GameFolder games_;
+  std::unique_ptr<local::LocalCluster> cluster_;
+};
+
+TEST_F(NativeClusterTest, AGameThatCrashesThreeWorkersInARowStopsItsWorldWithTheReason) {
+  Start(games_.path());
+  const auto made = Tessera(
+      {"instance", "create", "--scene", games_.scene(), "--game", "native:crashes_late", "--regions", "4", "--wait"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const auto watched = Tessera({"instance", "watch", "inst-1"});  // until it has ended
+  EXPECT_THAT(watched.out, HasSubstr("FAILED"));
+  EXPECT_THAT(watched.out, HasSubstr("its game native:crashes_late@" + games_.HashOf("crashes_late").substr(0, 8) +
+                                     " crashed 3 workers in a row"));
+  EXPECT_THAT(watched.out, HasSubstr("Segmentation fault in on_tick"));
+  EXPECT_THAT(Tessera({"instance", "describe", "inst-1"}).out,
+              HasSubstr("worker died in game module crashes_late: Segmentation fault in on_tick"));
+}
+
+TEST_F(NativeClusterTest, WhatNoHostCanRunIsRefusedWithTheReasonOfEach) {
+  Start(games_.path());
+  EXPECT_THAT(Refusal("native:absent"), HasSubstr("native:absent: local-1 (has no such game module), local-2 (has"));
+  EXPECT_THAT(Refusal("native:other_abi"), HasSubstr("local-1 (is made for version 8 of the interface"));
+  EXPECT_THAT(Refusal("native:no_entry"), HasSubstr("local-1 (has no function tessera_game_module_1)"));
+  EXPECT_THAT(Refusal("native:bounce@" + std::string(64, 'a')),
+              HasSubstr("local-1 (has build " + games_.HashOf("bounce").substr(0, 8)));
+  EXPECT_THAT(Refusal("native:../bounce"), HasSubstr("its name must be 1 to 63 letters"));
+  EXPECT_THAT(Refusal("native:bounce@feed"), HasSubstr("64 hexadecimal digits"));
+  const std::string host = Tessera({"host", "describe", "local-1"}).out;
+  EXPECT_THAT(host, HasSubstr(games_.HashOf("bounce")));
+  EXPECT_THAT(host, HasSubstr("is made for version 8 of the interface, and this is version 1"));
+}
+
+TEST_F(NativeClusterTest, AHostWithoutAFolderHasNone) {
+  Start("", 1);
+  EXPECT_THAT(Refusal("native:bounce"), HasSubstr("local-1 (has no such game module)"));
+}
+
+}  // namespace
+}  // namespace tessera::end_to_end
