@@ -11,6 +11,8 @@ class App;
 namespace tessera::cli {
 
 void AddAccessCommands(CLI::App& app, Globals& globals);
+void AddIssuerCommands(CLI::App& app, Globals& globals);
+void AddPlayerCommands(CLI::App& app, Globals& globals);
 void AddHostCommands(CLI::App& app, Globals& globals);
 void AddInstanceCommands(CLI::App& app, Globals& globals);
 // To `tessera instance`.

@@ -33,6 +33,7 @@ struct InstanceOptions {
   std::optional<double> checkpoint_interval_s, leaver_grace_s;
   std::uint32_t keep_checkpoints = 0;
   v1::LeaverPolicy leaver = v1::LEAVER_POLICY_UNSPECIFIED;
+  std::optional<bool> guests;
   std::optional<std::uint32_t> ghost_depth;
   std::optional<std::uint32_t> whole_up_to;
   std::uint32_t region_threads = 1;
@@ -68,6 +69,7 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
   spec.set_keep_checkpoints(options.keep_checkpoints);
   spec.set_leaver_policy(options.leaver);
   spec.set_balance(options.balance);
+  if (options.guests) spec.set_guests(*options.guests);
   if (options.ghost_depth) spec.mutable_borders()->set_ghost_depth(*options.ghost_depth);
   if (options.whole_up_to) spec.mutable_borders()->set_whole_up_to(*options.whole_up_to);
   spec.set_region_threads(options.region_threads);
@@ -208,6 +210,12 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
       ->transform(CLI::CheckedTransformer(policies))
       ->type_name("POLICY");
   create->add_option("--leaver-grace", options->leaver_grace_s, "Seconds until then (default 60)");
+  create
+      ->add_option_function<std::string>(
+          "--guests", [options](const std::string& text) { options->guests = text == "on"; },
+          "Whether players may join without a ticket: on or off (default on over the socket, else off)")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("SWITCH");
   create->add_flag("--lazy", options->lazy, "Start the workers only when all expected players are there");
   AddWaitOptions(create, *options, "RUNNING, or waiting for players");
   create->callback([&globals, options] { Create(globals, *options); });

@@ -41,8 +41,10 @@ int Main(int argc, char** argv) {
       ->type_name("FORM");
   AddUpCommand(app, globals);
   AddAccessCommands(app, globals);
+  AddIssuerCommands(app, globals);
   AddHostCommands(app, globals);
   AddInstanceCommands(app, globals);
+  AddPlayerCommands(app, globals);
   AddSceneCommands(app, globals);
   CLI::App* game =
       app.add_subcommand("game", "Write, check and test games, see what they log and publish")->require_subcommand(1);

@@ -110,12 +110,12 @@ void ControlPlane::Stop() {
 
 // --- Instances.
 
-absl::StatusOr<v1::Instance> ControlPlane::CreateInstance(const v1::CreateInstanceRequest& request) {
+absl::StatusOr<v1::Instance> ControlPlane::CreateInstance(const v1::CreateInstanceRequest& request, bool guests) {
   if (!request.request_id().empty()) {
     auto made = Call([&](Cluster& cluster, Now) { return GetByRequestId(cluster.state(), request.request_id()); });
     if (made.ok()) return made;
   }
-  const auto plan = PlanInstance(request);
+  const auto plan = PlanInstance(request, guests);
   if (!plan.ok()) return plan.status();
   return Call([&](Cluster& cluster, Now now) { return cluster.CreateInstance(now, *plan, request.validate_only()); });
 }
@@ -272,23 +272,26 @@ absl::StatusOr<std::string> ControlPlane::GameBytes(const std::string& hash) {
 // --- Players.
 
 absl::StatusOr<Joined> ControlPlane::WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
+                                                 const std::optional<trust::Ticket>& ticket,
                                                  const std::function<bool()>& given_up) {
   while (true) {
     const absl::StatusOr<bool> ready = CanJoin(cluster_->state(), request.instance_id(), request.viewer());
     if (!ready.ok()) return ready.status();
-    if (*ready) return cluster_->Join(ReadClocks(), request);
+    if (*ready) return cluster_->Join(ReadClocks(), request, ticket);
     if (absl::Status status = WaitFor(lock, watch, Clock::time_point::max(), given_up); !status.ok()) return status;
   }
 }
 
 absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstanceRequest& request,
-                                                            const std::function<bool()>& given_up) {
+                                                            const std::function<bool()>& given_up, bool stranger) {
   Lock lock(mutex_);
   Watch watch(*this, request.instance_id());
+  const auto ticket = cluster_->TakeTicket(ReadClocks(), request, stranger);
+  if (!ticket.ok()) return ticket.status();
   absl::Status begun = cluster_->BeginWait(ReadClocks(), request);
   Publish();
   if (!begun.ok()) return begun;
-  const auto joined = WaitAndJoin(lock, watch, request, given_up);
+  const auto joined = WaitAndJoin(lock, watch, request, *ticket, given_up);
   if (!request.viewer()) cluster_->EndWait(ReadClocks(), request.instance_id());
   Publish();
   if (!joined.ok()) return joined.status();

@@ -50,7 +50,8 @@ class ControlPlane {
   }
 
   // Plans and places; the scene is checked outside the lock.
-  absl::StatusOr<v1::Instance> CreateInstance(const v1::CreateInstanceRequest& request);
+  // `guests`: whether players may join without a ticket where the request does not say so.
+  absl::StatusOr<v1::Instance> CreateInstance(const v1::CreateInstanceRequest& request, bool guests = true);
   // Gives `sink` the instance as it is, then after each change: a change of its state at once, others at most every
   // kWatchInterval. Ends with OK after ENDED, FAILED or when it is forgotten, or when `sink` returns false.
   absl::Status WatchInstance(const std::string& id, const std::function<bool(const v1::Instance&)>& sink,
@@ -68,9 +69,10 @@ class ControlPlane {
   absl::Status SendToGame(const v1::SendToGameRequest& request, const std::function<bool()>& given_up);
   // Checks the game with the instance's scene, outside the lock: it loads, and uses no name that the scene lacks.
   absl::StatusOr<v1::SetGameResponse> SetGame(const v1::SetGameRequest& request);
-  // Waits until all workers are bound, then until they know of the player.
+  // Waits until all workers are bound, then until they know of the player. `stranger`: the caller has shown nothing but
+  // the request.
   absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
-                                                const std::function<bool()>& given_up);
+                                                const std::function<bool()>& given_up, bool stranger = false);
   // The serialised scene, and a game's file. kNotFound unless a live instance uses it.
   absl::StatusOr<std::string> SceneBytes(const std::string& hash);
   absl::StatusOr<std::string> GameBytes(const std::string& hash);
@@ -90,7 +92,9 @@ class ControlPlane {
                                                     const std::function<bool()>& given_up);
   absl::StatusOr<v1::RestoreInstanceResponse> RestoreInstance(const v1::RestoreInstanceRequest& request);
   absl::StatusOr<std::string> ExportCheckpoint(const v1::ExportCheckpointRequest& request);
-  absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const std::string& bytes);
+  // `guests`: whether players may join the instance without a ticket.
+  absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const std::string& bytes,
+                                                bool guests = true);
 
   // The durations of the failovers that ended since the last call.
   std::vector<std::chrono::nanoseconds> TakeFailovers();
@@ -138,7 +142,7 @@ class ControlPlane {
   absl::Status WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,
                              const std::function<bool()>& given_up);
   absl::StatusOr<Joined> WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
-                                     const std::function<bool()>& given_up);
+                                     const std::optional<trust::Ticket>& ticket, const std::function<bool()>& given_up);
 
   Store& store_;
   std::mutex mutex_;

@@ -164,7 +164,7 @@ absl::StatusOr<std::string> ControlPlane::ExportCheckpoint(const v1::ExportCheck
 }
 
 absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportCheckpointRequest& request,
-                                                            const std::string& bytes) {
+                                                            const std::string& bytes, bool guests) {
   if (!files_) return NoFiles();
   const auto bundle = Unbundle(bytes);
   if (!bundle.ok()) return bundle.status();
@@ -190,7 +190,7 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   create.mutable_spec()->set_snapshot_rate_hz(manifest.snapshot_rate_hz());
   *create.mutable_spec()->mutable_borders() = manifest.borders();
   create.mutable_spec()->set_region_threads(manifest.region_threads());
-  auto plan = PlanInstance(create);
+  auto plan = PlanInstance(create, guests);
   if (!plan.ok()) return plan.status();
   plan->map = *std::move(map);
   plan->restored = manifest;

@@ -139,6 +139,19 @@ inline constexpr std::size_t kMaxGameRequestsKept = 4'096;
 // After so long a message whose target no region has counts as refused.
 inline constexpr std::chrono::milliseconds kGameMessagePatience{600'000};
 
+// How long a ticket's number is remembered after it was shown: until each copy of it, and of those before it, has run
+// out whichever way the clocks are off (kMaxTicketLifetime + 2 kTicketLeeway, trust/ticket.h). Shorter, and a copy is
+// worth something again.
+inline constexpr std::chrono::milliseconds kTicketMemory{600'000};
+// Players whose tickets are remembered: some 30 MB, and 160 new ones a second for ten minutes on end.
+inline constexpr std::size_t kMaxUsedTickets = 100'000;
+inline constexpr std::size_t kTicketsForgottenAtOnce = 256;  // in one write
+inline constexpr char kKickedReason[] = "kicked by an operator", kBannedReason[] = "banned by an operator";
+inline constexpr std::size_t kMaxBans = 10'000;  // of a cluster, its instances' among them
+// How long a player may take at least from its join to its first connection; a longer grace of the instance holds.
+// Shorter, and who loads a large scene over a slow line is gone before it comes.
+inline constexpr std::chrono::milliseconds kFirstConnectionGrace{60'000};
+
 inline constexpr std::uint32_t kMaxPort = 65535;
 
 }  // namespace tessera::control

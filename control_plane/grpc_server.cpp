@@ -175,6 +175,25 @@ class AccessServiceImpl final : public v1::AccessService::Service, Answerer {
     return Answer(context, "AccessService/RevokeToken", CallKind::kCommand, request->name(),
                   [&] { return plane_.Call([&](Cluster& cluster, Now) { return cluster.RevokeToken(*request); }); });
   }
+  grpc::Status AddIssuer(grpc::ServerContext* context, const v1::AddIssuerRequest* request,
+                         v1::AddIssuerResponse* response) override {
+    const std::string subject = absl::StrCat(request->name(), " for ", request->instances());
+    return Answer(context, "AccessService/AddIssuer", CallKind::kCommand, subject, [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.AddIssuer(now, *request); }), response);
+    });
+  }
+  grpc::Status ListIssuers(grpc::ServerContext* context, const v1::ListIssuersRequest*,
+                           v1::ListIssuersResponse* response) override {
+    return Answer(context, "AccessService/ListIssuers", CallKind::kRead, "", [&] {
+      *response = plane_.Call([](Cluster& cluster, Now) { return cluster.issuers().List(); });
+      return absl::OkStatus();
+    });
+  }
+  grpc::Status RemoveIssuer(grpc::ServerContext* context, const v1::RemoveIssuerRequest* request,
+                            v1::RemoveIssuerResponse*) override {
+    return Answer(context, "AccessService/RemoveIssuer", CallKind::kCommand, request->name(),
+                  [&] { return plane_.Call([&](Cluster& cluster, Now) { return cluster.RemoveIssuer(*request); }); });
+  }
   grpc::Status InitCluster(grpc::ServerContext* context, const v1::InitClusterRequest* request,
                            v1::InitClusterResponse* response) override {
     return Answer(context, "AccessService/InitCluster", CallKind::kCommand, request->name(), [&]() -> absl::Status {
@@ -254,15 +273,25 @@ class HostServiceImpl final : public v1::HostService::Service, Answerer {
   }
 };
 
+// "player 7" or the id of its ticket.
+template <class Request>
+std::string PlayerNamed(const Request& request) {
+  return request.player_case() == Request::kNumber ? absl::StrCat("player ", request.number()) : request.player_id();
+}
+
 class InstanceServiceImpl : public v1::InstanceService::Service, protected Answerer {
  public:
   using Answerer::Answerer;
+
+  // Whoever may open the socket plays alone or with friends; elsewhere players prove who they are unless told.
+  bool GuestsByDefault() const { return door_ == Door::kSocket; }
 
   grpc::Status CreateInstance(grpc::ServerContext* context, const v1::CreateInstanceRequest* request,
                               v1::CreateInstanceResponse* response) override {
     const std::string subject = absl::StrCat(request->spec().scene().name(), " x ", request->spec().regions());
     return Answer(context, "InstanceService/CreateInstance", CallKind::kCommand, subject, [&] {
-      const absl::Status status = Take(plane_.CreateInstance(*request), response->mutable_instance());
+      const absl::Status status =
+          Take(plane_.CreateInstance(*request, GuestsByDefault()), response->mutable_instance());
       if (!request->validate_only() && !absl::IsInvalidArgument(status)) metrics_.CountPlacement(status);
       return status;
     });
@@ -367,6 +396,32 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
     return Answer(context, "InstanceService/SendToGame", CallKind::kCommand, subject,
                   [&] { return plane_.SendToGame(*request, [context] { return context->IsCancelled(); }); });
   }
+  grpc::Status KickPlayer(grpc::ServerContext* context, const v1::KickPlayerRequest* request,
+                          v1::KickPlayerResponse* response) override {
+    const Subject subject = Instance(request->id(), absl::StrCat(" ", PlayerNamed(*request)));
+    return Answer(context, "InstanceService/KickPlayer", CallKind::kCommand, subject, [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.KickPlayer(now, *request); }), response);
+    });
+  }
+  grpc::Status BanPlayer(grpc::ServerContext* context, const v1::BanPlayerRequest* request,
+                         v1::BanPlayerResponse* response) override {
+    const Subject subject = Instance(request->id(), absl::StrCat(" ", PlayerNamed(*request)));
+    return Answer(context, "InstanceService/BanPlayer", CallKind::kCommand, subject, [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.BanPlayer(now, *request); }), response);
+    });
+  }
+  grpc::Status UnbanPlayer(grpc::ServerContext* context, const v1::UnbanPlayerRequest* request,
+                           v1::UnbanPlayerResponse*) override {
+    const Subject subject = Instance(request->id(), absl::StrCat(" ", request->player_id()));
+    return Answer(context, "InstanceService/UnbanPlayer", CallKind::kCommand, subject,
+                  [&] { return plane_.Call([&](Cluster& cluster, Now) { return cluster.UnbanPlayer(*request); }); });
+  }
+  grpc::Status ListBans(grpc::ServerContext* context, const v1::ListBansRequest* request,
+                        v1::ListBansResponse* response) override {
+    return Answer(context, "InstanceService/ListBans", CallKind::kRead, Instance(request->id()), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now) { return cluster.ListBans(*request); }), response);
+    });
+  }
   grpc::Status DeleteInstance(grpc::ServerContext* context, const v1::DeleteInstanceRequest* request,
                               v1::DeleteInstanceResponse* response) override {
     return Answer(context, "InstanceService/DeleteInstance", CallKind::kCommand, Instance(request->id()), [&] {
@@ -417,7 +472,7 @@ class InstanceFilesImpl : public InstanceServiceImpl {
       std::string bytes;
       const auto any = [](const v1::ImportCheckpointRequest&) { return absl::OkStatus(); };
       if (absl::Status status = ReadPieces(*reader, first, bytes, any); !status.ok()) return status;
-      return Take(plane_.ImportCheckpoint(first, bytes), response->mutable_instance());
+      return Take(plane_.ImportCheckpoint(first, bytes, GuestsByDefault()), response->mutable_instance());
     });
   }
 };
@@ -434,7 +489,10 @@ class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
         return absl::PermissionDeniedError(
             absl::StrCat("viewer: token ", caller.token, " is a viewer's, which joins to watch and not to play"));
       }
-      const absl::Status status = Take(plane_.Join(*request, [context] { return context->IsCancelled(); }), response);
+      const absl::Status status =
+          Take(plane_.Join(
+                   *request, [context] { return context->IsCancelled(); }, caller.door == Door::kPlayers),
+               response);
       metrics_.CountSession(status);
       return status;
     });

@@ -147,7 +147,7 @@ absl::StatusOr<std::string> CheckGame(const v1::GameSource& game, const char* fi
   return game::GameHash(file.bytes);
 }
 
-absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request) {
+absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request, bool guests) {
   if (absl::Status status = CheckNumbers(request); !status.ok()) return status;
   const v1::InstanceSpec& spec = request.spec();
   const auto deadline = StartDeadline(spec);
@@ -182,6 +182,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.expected_players = spec.expected_players();
   plan.start_deadline = *deadline;
   plan.lazy = spec.lazy();
+  plan.guests = spec.has_guests() ? spec.guests() : guests;
   plan.map = *std::move(map);
   plan.properties.assign(spec.scene().properties().begin(), spec.scene().properties().end());
   if (scene.player) plan.spawn_points = scene.player->spawn_points;

@@ -30,6 +30,7 @@ struct InstancePlan {
   std::uint32_t expected_players = 0;
   std::chrono::milliseconds start_deadline{0};
   bool lazy = false;
+  bool guests = true;  // players may join without a ticket
   bool balance = false;
   std::chrono::milliseconds checkpoint_interval{0};  // 0: none by themselves
   std::uint32_t keep_checkpoints = 3;
@@ -46,7 +47,8 @@ struct InstancePlan {
 
 // kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000". A game is loaded
 // once, within the limits of the Lua host, and one that does not load is refused by file and line: "game.lua:12: ...".
-absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request);
+// `guests`: whether they may join where the request does not say so.
+absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request, bool guests = true);
 // The hash of a game that loads with this scene. Errors are as above, with `field` before those of the file itself.
 absl::StatusOr<std::string> CheckGame(const v1::GameSource& game, const char* field,
                                       const std::shared_ptr<const Scene>& scene);

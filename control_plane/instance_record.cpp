@@ -44,6 +44,7 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   *record.mutable_borders() = plan.borders;
   record.set_region_threads(plan.region_threads);
   record.set_lazy(plan.lazy);
+  record.set_no_guests(!plan.guests);
   record.set_balance(plan.balance);
   record.set_checkpoint_interval_ms(plan.checkpoint_interval.count());
   record.set_keep_checkpoints(plan.keep_checkpoints);

@@ -50,7 +50,10 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       settings_(settings),
       random_(random),
       hosts_(*state_, settings, random),
-      tokens_(*state_, std::move(random)),
+      tokens_(*state_, random),
+      issuers_(*state_, std::move(random)),
+      tickets_(*state_, issuers_),
+      bans_(*state_),
       reports_(*state_),
       instances_(*state_, settings),
       changes_(*state_, settings),
@@ -73,6 +76,9 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
 // A control plane that died while it restored an instance may not have said so to the backend.
 absl::Status Cluster::LoadParts(Now now) {
   if (absl::Status status = tokens_.Load(); !status.ok()) return status;
+  if (absl::Status status = issuers_.Load(); !status.ok()) return status;
+  if (absl::Status status = tickets_.Load(now); !status.ok()) return status;
+  if (absl::Status status = bans_.Load(); !status.ok()) return status;
   if (absl::Status status = GiveSeeds(); !status.ok()) return status;
   if (absl::Status status = game_events_.Load(); !status.ok()) return status;
   for (InstanceEntry& instance : state_->EachInstance()) game_events_.NoteRestore(instance, now);
@@ -104,6 +110,7 @@ void Cluster::Forget(std::uint64_t number) {
   game_logs_.Forget(number);
   game_events_.Forget(number);
   game_messages_.Forget(number);
+  bans_.ForgetInstance(absl::StrCat(kInstanceId, number));
 }
 
 // --- Time.
@@ -131,6 +138,7 @@ void Cluster::HandleTimer(Now now) {
     }
     instances_.WithdrawLate(instance, now);
   }
+  tickets_.Prune(now);
   for (const std::uint64_t number : instances_.ForgetEnded(now)) Forget(number);
 }
 
@@ -477,22 +485,5 @@ void Cluster::CannotRestore(Now now, const std::string& id, const std::string& w
   if (!reconciler_.Enter(now, *instance, Failed(instance->record, absl::StrCat(wanted, "; ", why), now)).ok()) return;
   checkpoints_.Restarted(*instance);
 }
-
-// --- Players.
-
-absl::Status Cluster::BeginWait(Now now, const v1::JoinInstanceRequest& request) {
-  const auto found = players_.BeginWait(request);
-  if (!found.ok()) return found.status();
-  reconciler_.Reconcile(now, **found);
-  return absl::OkStatus();
-}
-
-void Cluster::EndWait(Now now, const std::string& instance_id) {
-  if (InstanceEntry* instance = players_.EndWait(instance_id)) reconciler_.Reconcile(now, *instance);
-}
-
-absl::StatusOr<Joined> Cluster::Join(Now, const v1::JoinInstanceRequest& request) { return players_.Join(request); }
-
-absl::Status Cluster::Leave(Now now, const v1::LeaveInstanceRequest& request) { return players_.Leave(request, now); }
 
 }  // namespace tessera::control

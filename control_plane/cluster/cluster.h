@@ -23,6 +23,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "control_plane/cluster/access_tokens.h"
+#include "control_plane/cluster/bans.h"
 #include "control_plane/cluster/cluster_state.h"
 #include "control_plane/cluster/desired_sets.h"
 #include "control_plane/cluster/effects.h"
@@ -34,9 +35,11 @@
 #include "control_plane/cluster/instance_checkpoints.h"
 #include "control_plane/cluster/instance_players.h"
 #include "control_plane/cluster/instances.h"
+#include "control_plane/cluster/issuers.h"
 #include "control_plane/cluster/planned_changes.h"
 #include "control_plane/cluster/property_changes.h"
 #include "control_plane/cluster/reconciler.h"
+#include "control_plane/cluster/tickets.h"
 #include "control_plane/cluster/worker_reports.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/instance_plan.h"
@@ -74,6 +77,13 @@ class Cluster {
   }
   const AccessTokens& tokens() const { return tokens_; }
   absl::Status RevokeToken(const v1::RevokeTokenRequest& request) { return tokens_.Revoke(request); }
+
+  // --- Issuers of tickets: see issuers.h.
+  absl::StatusOr<v1::AddIssuerResponse> AddIssuer(Now now, const v1::AddIssuerRequest& request) {
+    return issuers_.Add(request, now);
+  }
+  const Issuers& issuers() const { return issuers_; }
+  absl::Status RemoveIssuer(const v1::RemoveIssuerRequest& request) { return issuers_.Remove(request); }
 
   // --- Agents. The latest stream of a host counts, and earlier ones end with kAborted.
   absl::StatusOr<Admission> HandleHello(Now now, const v1::AgentHello& hello);
@@ -125,10 +135,23 @@ class Cluster {
   void CannotRestore(Now now, const std::string& id, const std::string& why);
 
   // --- Players: see instance_players.h.
+  // The first step of a join: whether the instance lets such a request in, and the ticket, if it has one, which is used
+  // up by it. `stranger`: the caller has proved nothing else. Errors are those of CheckGuest, Tickets and Bans.
+  absl::StatusOr<std::optional<trust::Ticket>> TakeTicket(Now now, const v1::JoinInstanceRequest& request,
+                                                          bool stranger);
   absl::Status BeginWait(Now now, const v1::JoinInstanceRequest& request);
   void EndWait(Now now, const std::string& instance_id);
-  absl::StatusOr<Joined> Join(Now now, const v1::JoinInstanceRequest& request);
+  // Joins that wait for the instance's workers.
+  int WaitingPlayers(const std::string& instance_id) const;
+  // `ticket`: as TakeTicket gave it.
+  absl::StatusOr<Joined> Join(Now now, const v1::JoinInstanceRequest& request,
+                              const std::optional<trust::Ticket>& ticket = std::nullopt);
   absl::Status Leave(Now now, const v1::LeaveInstanceRequest& request);
+  absl::StatusOr<v1::KickPlayerResponse> KickPlayer(Now now, const v1::KickPlayerRequest& request);
+  // The ban is stored first, then whoever plays so is kicked.
+  absl::StatusOr<v1::BanPlayerResponse> BanPlayer(Now now, const v1::BanPlayerRequest& request);
+  absl::Status UnbanPlayer(const v1::UnbanPlayerRequest& request);
+  absl::StatusOr<v1::ListBansResponse> ListBans(const v1::ListBansRequest& request) const;
 
  private:
   Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& settings, RandomBytes random, Now now);
@@ -150,6 +173,9 @@ class Cluster {
   RandomBytes random_;
   Hosts hosts_;
   AccessTokens tokens_;
+  Issuers issuers_;
+  Tickets tickets_;
+  Bans bans_;
   WorkerReports reports_;
   Instances instances_;
   PlannedChanges changes_;

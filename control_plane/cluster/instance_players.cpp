@@ -34,14 +34,45 @@ absl::Status CheckOpen(const records::Instance& record, bool viewer) {
     return absl::FailedPreconditionError(
         absl::StrCat("instance_id: ", record.id(), " cannot be joined: scene ", record.scene_name(), " has no player"));
   }
-  if (const int present = PlayersPresent(record); present >= static_cast<int>(kMaxPlayers)) {
-    return absl::ResourceExhaustedError(absl::StrCat("instance_id: ", record.id(), " is full: ", present, " players"));
-  }
   return absl::OkStatus();
+}
+
+// For one more. Who comes back has a place.
+absl::Status CheckRoom(const records::Instance& record) {
+  const int present = PlayersPresent(record);
+  if (present < static_cast<int>(kMaxPlayers)) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("instance_id: ", record.id(), " is full: ", present, " players"));
 }
 
 std::span<const std::uint8_t> BytesOf(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+// The place among the record's players of the one with this number; -1: it is not among them.
+int PlaceOf(const records::Instance& record, std::uint32_t number) {
+  const auto& players = record.players();
+  const auto player =
+      std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == number; });
+  return player == players.end() ? -1 : static_cast<int>(player - players.begin());
+}
+
+void SetTicket(const trust::Ticket& ticket, v1::Player& player) {
+  player.set_player_id(ticket.player_id);
+  for (const auto& [name, value] : ticket.properties) {
+    v1::Property& property = *player.add_properties();
+    property.set_name(name);
+    // Tickets have no others.
+    if (const bool* flag = std::get_if<bool>(&value)) property.set_flag(*flag);
+    if (const auto* number = std::get_if<std::int64_t>(&value)) property.set_number(*number);
+    if (const auto* real = std::get_if<double>(&value)) property.set_real(*real);
+    if (const auto* text = std::get_if<std::string>(&value)) property.set_text(*text);
+  }
+}
+
+// A worker has had a connection of the player, or the player has left: it is no more one of those who never came.
+void NoteSeen(std::uint32_t number, records::Instance& record) {
+  auto& unseen = *record.mutable_unseen_players();
+  unseen.erase(std::remove(unseen.begin(), unseen.end(), number), unseen.end());
 }
 
 // The player of the credential. Everybody on the way sees the credential when it is presented to a region; its key
@@ -58,8 +89,11 @@ absl::StatusOr<std::uint32_t> PlayerOf(const InstanceEntry& instance, const std:
   return read->player.value();
 }
 
-// The place among the record's players of one that comes back.
-absl::StatusOr<int> FindReturning(const InstanceEntry& instance, const v1::JoinInstanceRequest& request) {
+// The place among the record's players of one that comes back; -1: a new one joins.
+absl::StatusOr<int> FindReturning(const InstanceEntry& instance, const v1::JoinInstanceRequest& request,
+                                  const trust::Ticket* ticket) {
+  if (ticket != nullptr) return PlaceOf(instance.record, FindPlayer(instance.record, ticket->player_id));
+  if (request.credential().empty()) return -1;
   const auto number = PlayerOf(instance, request.credential(), request.credential_key());
   if (!number.ok()) return number.status();
   const auto& players = instance.record.players();
@@ -123,6 +157,9 @@ absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstance
     return absl::InvalidArgumentError("credential: a viewer joins anew each time");
   }
   if (absl::Status status = CheckOpen(instance->record, request.viewer()); !status.ok()) return status;
+  if (!request.viewer() && request.credential().empty() && request.ticket().empty()) {
+    if (absl::Status status = CheckRoom(instance->record); !status.ok()) return status;
+  }
   if (!request.viewer()) ++known_[instance->number].waiting;
   return instance;
 }
@@ -138,22 +175,28 @@ int InstancePlayers::Waiting(const InstanceEntry& instance) const {
   return known == known_.end() ? 0 : known->second.waiting;
 }
 
-absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request) {
+absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket) {
+  // Whoever calls has to check it; without, the request would pass for a guest's.
+  if (ticket == nullptr && !request.ticket().empty()) return absl::InternalError("ticket: was not checked");
   if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id(), request.viewer()); !can.ok()) {
     return can.status();
   }
   InstanceEntry& instance = *state_.FindInstance(request.instance_id());
   if (request.viewer()) return Joined{.response = Admit(instance, DrawViewer(), kFirstGeneration)};
-  const bool returns = !request.credential().empty();
+  const absl::StatusOr<int> returns = FindReturning(instance, request, ticket);
+  if (!returns.ok()) return returns.status();
   Joined joined;
-  if (!returns) joined.mark = state_.last_revision();  // any order made from here on names the player
-  const absl::StatusOr<v1::Player> player = returns ? Return(instance, request) : Add(instance, request.player_name());
+  if (*returns < 0) joined.mark = state_.last_revision();  // any order made from here on names the player
+  const std::string& name = ticket == nullptr ? request.player_name() : ticket->name;
+  const absl::StatusOr<v1::Player> player = *returns < 0 ? Add(instance, name, ticket) : Return(instance, *returns);
   if (!player.ok()) return player.status();
   joined.response = Admit(instance, PlayerNumber(player->number()), net::Generation(player->generation()));
   return joined;
 }
 
-absl::StatusOr<v1::Player> InstancePlayers::Add(InstanceEntry& instance, const std::string& name) {
+absl::StatusOr<v1::Player> InstancePlayers::Add(InstanceEntry& instance, const std::string& name,
+                                                const trust::Ticket* ticket) {
+  if (absl::Status status = CheckRoom(instance.record); !status.ok()) return status;
   records::Instance next = instance.record;
   const std::uint32_t number = next.last_player() + 1;
   next.set_last_player(number);
@@ -162,16 +205,16 @@ absl::StatusOr<v1::Player> InstancePlayers::Add(InstanceEntry& instance, const s
   player.set_name(name);
   player.set_generation(kFirstGeneration.value());
   player.set_spawn_region(SpawnRegionOf(number, next, instance.map));
+  if (ticket != nullptr) SetTicket(*ticket, player);
+  next.add_unseen_players(number);
   if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
   return player;
 }
 
 // It is the player that it was, of a higher generation: the regions end the connections of a lower one.
-absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, const v1::JoinInstanceRequest& request) {
-  const absl::StatusOr<int> index = FindReturning(instance, request);
-  if (!index.ok()) return index.status();
+absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, int index) {
   records::Instance next = instance.record;
-  v1::Player& player = *next.mutable_players(*index);
+  v1::Player& player = *next.mutable_players(index);
   player.set_generation(player.generation() + 1);
   if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
   return player;
@@ -197,9 +240,27 @@ absl::Status InstancePlayers::Leave(const v1::LeaveInstanceRequest& request, Now
       std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
   if (player == players.end() || player->left()) return absl::OkStatus();  // has left already
   player->set_left(true);
+  NoteSeen(*number, next);
   if (absl::Status status = StorePlayers(*instance, next); !status.ok()) return status;
   known_[instance->number].left[*number] = {state_.last_revision(), now.steady};
   return absl::OkStatus();
+}
+
+absl::StatusOr<std::uint32_t> InstancePlayers::Kick(InstanceEntry& instance, std::uint32_t number,
+                                                    const std::string& reason, Now now) {
+  const int place = PlaceOf(instance.record, number);
+  if (place < 0 || instance.record.players(place).left()) {
+    return absl::NotFoundError(absl::StrCat("player: ", instance.record.id(), " has no player ", number));
+  }
+  records::Instance next = instance.record;
+  v1::Player& player = *next.mutable_players(place);
+  player.set_left(true);
+  player.set_ended_because(reason);
+  NoteSeen(number, next);
+  if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
+  known_[instance.number].left[number] = {state_.last_revision(), now.steady};
+  state_.Log(absl::StrCat("player kicked id=", instance.record.id(), " player=", number, " reason=", reason));
+  return number;
 }
 
 void InstancePlayers::TakeEnded(InstanceEntry& instance, const v1::WorkerReport& report, Now now) {
@@ -214,6 +275,7 @@ void InstancePlayers::TakeEnded(InstanceEntry& instance, const v1::WorkerReport&
     v1::Player& player = *next->mutable_players(static_cast<int>(known - players.begin()));
     player.set_left(true);
     player.set_ended_because(ValidUtf8(OneLine(ended.reason(), kMaxEndReasonBytes)));
+    NoteSeen(ended.player(), *next);
     state_.Log(absl::StrCat("player ended by the game id=", instance.record.id(), " player=", ended.player(),
                             " reason=", player.ended_because()));
   }
@@ -228,35 +290,44 @@ void InstancePlayers::TakeEnded(InstanceEntry& instance, const v1::WorkerReport&
 std::optional<records::Instance> InstancePlayers::NextVanished(const InstanceEntry& instance, Now now) {
   const records::Instance& record = instance.record;
   const bool parks = record.leaver_policy() == v1::LEAVER_POLICY_PARK;
-  if (!parks && record.leaver_policy() != v1::LEAVER_POLICY_REMOVE) return std::nullopt;
+  const bool removes = record.leaver_policy() == v1::LEAVER_POLICY_REMOVE;
+  if (!parks && !removes && record.unseen_players().empty()) return std::nullopt;
+  const std::chrono::milliseconds grace(record.leaver_grace_ms());
   const std::set<std::uint32_t> connected = Connected(instance);
+  const std::set<std::uint32_t> never_seen(record.unseen_players().begin(), record.unseen_players().end());
   Known& known = known_[instance.number];
   std::optional<records::Instance> next;
+  const auto changed = [&]() -> records::Instance& { return next ? *next : next.emplace(record); };
   for (int i = 0; i < record.players_size(); ++i) {
     const v1::Player& player = record.players(i);
-    bool away = false;
-    if (!player.left() && !connected.contains(player.number())) {
-      const Steady since = known.unseen.try_emplace(player.number(), now.steady).first->second;
-      away = player.parked() || now.steady - since >= std::chrono::milliseconds(record.leaver_grace_ms());
-    } else {
-      known.unseen.erase(player.number());
+    const std::uint32_t number = player.number();
+    const bool never = never_seen.contains(number);
+    if (player.left() || connected.contains(number)) {
+      known.unseen.erase(number);
+      if (never) NoteSeen(number, changed());
+      if (!player.left() && parks && player.parked()) {
+        changed().mutable_players(i)->set_parked(false);
+        LogFate(record, number, "back");
+      }
+      continue;
     }
-    if (player.left() || away == (parks && player.parked())) continue;
-    if (!next) next = record;
-    v1::Player& changed = *next->mutable_players(i);
-    if (parks) {
-      changed.set_parked(away);
-    } else {
-      changed.set_left(true);
-      known.left[player.number()] = {state_.last_revision(), now.steady};
+    const Steady away = now.steady - known.unseen.try_emplace(number, now.steady).first->second;
+    const bool let_go = (removes && away >= grace) || (never && away >= std::max(grace, kFirstConnectionGrace));
+    if (let_go) {
+      changed().mutable_players(i)->set_left(true);
+      NoteSeen(number, changed());
+      known.left[number] = {state_.last_revision(), now.steady};
+      LogFate(record, number, never ? "never came" : "removed");
+    } else if (parks && !player.parked() && away >= grace) {
+      changed().mutable_players(i)->set_parked(true);
+      LogFate(record, number, "parked");
     }
-    state_.Log(absl::StrCat("player ",
-                            !parks ? "removed"
-                            : away ? "parked"
-                                   : "back",
-                            " id=", record.id(), " player=", player.number()));
   }
   return next;
+}
+
+void InstancePlayers::LogFate(const records::Instance& record, std::uint32_t player, const char* fate) {
+  state_.Log(absl::StrCat("player ", fate, " id=", record.id(), " player=", player));
 }
 
 void InstancePlayers::Prune(InstanceEntry& instance, Now now) {
@@ -282,6 +353,31 @@ void InstancePlayers::Prune(InstanceEntry& instance, Now now) {
 }
 
 // --- Reading.
+
+absl::StatusOr<std::string> PlayerIdOf(const records::Instance& record, std::uint32_t number) {
+  const int place = PlaceOf(record, number);
+  if (place < 0) return absl::NotFoundError(absl::StrCat("player: ", record.id(), " has no player ", number));
+  const std::string& id = record.players(place).player_id();
+  if (!id.empty()) return id;
+  return absl::FailedPreconditionError(
+      absl::StrCat("player: ", number, " of ", record.id(), " is a guest, who has no id; kick it, or take no guests"));
+}
+
+absl::Status CheckGuest(const records::Instance& record, const v1::JoinInstanceRequest& request, bool stranger) {
+  if (!request.ticket().empty()) {
+    if (request.credential().empty() && request.player_name().empty()) return absl::OkStatus();
+    return absl::InvalidArgumentError("ticket: says who the player is, so there is no name or credential beside it");
+  }
+  if (!record.no_guests() || !request.credential().empty() || (request.viewer() && !stranger)) return absl::OkStatus();
+  return absl::UnauthenticatedError("ticket: this instance takes no guests: a ticket is needed");
+}
+
+std::uint32_t FindPlayer(const records::Instance& record, const std::string& player_id) {
+  for (const v1::Player& player : record.players()) {
+    if (!player.left() && !player_id.empty() && player.player_id() == player_id) return player.number();
+  }
+  return 0;
+}
 
 absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id, bool viewer) {
   const InstanceEntry* instance = state.FindInstance(instance_id);

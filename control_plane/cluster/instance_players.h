@@ -3,6 +3,9 @@
 // A join first waits (`BeginWait`), which is what starts a lazy instance, until `CanJoin`; then `Join` and `EndWait`,
 // in one go. A player who has left is in the orders until all workers know, and a while longer.
 //
+// Who joins is a guest, where the instance takes them, or shows a ticket, which the caller has checked (tickets.h), or
+// comes back by a credential. Players with tickets are known by their ids: one who is there comes back as the same.
+//
 // Thread rule: as Cluster.
 #pragma once
 
@@ -16,6 +19,7 @@
 #include "control_plane/control_settings.h"
 #include "control_plane/now.h"
 #include "tessera/v1/session.pb.h"
+#include "trust/ticket.h"
 
 namespace tessera::control {
 
@@ -37,16 +41,20 @@ class InstancePlayers {
   int Waiting(const InstanceEntry& instance) const;
 
   // A player with a credential of its own comes back as the one it was, of the next generation. A viewer is given a
-  // number, and not kept.
-  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request);
+  // number, and not kept. `ticket`: the one of the request, checked and used; null: it has none.
+  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket = nullptr);
   // Repeating it is fine.
   absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
+
+  // The player has left, and its client is told why. NOT_FOUND: it is not there.
+  absl::StatusOr<std::uint32_t> Kick(InstanceEntry& instance, std::uint32_t number, const std::string& reason, Now now);
 
   // A worker reports whom the game has refused or kicked: they have left. Repeating it is fine.
   void TakeEnded(InstanceEntry& instance, const v1::WorkerReport& report, Now now);
 
   // The next record of a RUNNING instance whose players vanished or came back, by its policy; nothing if nobody did.
-  // A grace counts from when the last connection was seen; in a new life of the control plane, from its beginning.
+  // Who has never been connected has left after the grace whatever the policy. A grace counts from when the last
+  // connection was seen; in a new life of the control plane, from its beginning.
   std::optional<records::Instance> NextVanished(const InstanceEntry& instance, Now now);
   // Time passes: forgets players who left, so that a world with much coming and going stays small.
   void Prune(InstanceEntry& instance, Now now);
@@ -63,14 +71,23 @@ class InstancePlayers {
     std::map<std::uint32_t, Left> left;
   };
 
-  absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name);
-  absl::StatusOr<v1::Player> Return(InstanceEntry& instance, const v1::JoinInstanceRequest& request);
+  absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name, const trust::Ticket* ticket);
+  absl::StatusOr<v1::Player> Return(InstanceEntry& instance, int index);
+  void LogFate(const records::Instance& record, std::uint32_t player, const char* fate);
   absl::Status StorePlayers(InstanceEntry& instance, const records::Instance& next);
 
   ClusterState& state_;
   ControlSettings settings_;
   std::map<std::uint64_t, Known> known_;  // by instance number
 };
+
+// UNAUTHENTICATED unless the request may be made without a ticket: the instance takes guests, or it shows a credential,
+// or it is a viewer's and not a stranger's. INVALID_ARGUMENT: it shows a ticket, and what does not go with one.
+absl::Status CheckGuest(const records::Instance& record, const v1::JoinInstanceRequest& request, bool stranger);
+// The number of the player who is there, by the id of its ticket; 0: none.
+std::uint32_t FindPlayer(const records::Instance& record, const std::string& player_id);
+// The id of the player with this number. NOT_FOUND: it is not there; FAILED_PRECONDITION: it is a guest, and has none.
+absl::StatusOr<std::string> PlayerIdOf(const records::Instance& record, std::uint32_t number);
 
 // False: not all workers are bound yet. An error: it will never be.
 absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id, bool viewer = false);

@@ -131,6 +131,7 @@ v1::Instance ViewOf(const ClusterState& state, const InstanceEntry& instance) {
   *view.mutable_checkpoints() = record.checkpoints();
   *view.mutable_map() = record.map();
   *view.mutable_player_list() = record.players();
+  view.set_guests(!record.no_guests());
   *view.mutable_properties() = record.properties();
   AddRegions(state, instance, view);
   return view;

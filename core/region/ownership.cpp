@@ -39,12 +39,10 @@ BodyState Ownership::InstanceState(const Catalog& catalog) {
 }
 
 // The name is told at once: whoever makes the body, it has this name.
-void Ownership::Spawn(PlayerNumber player, std::string name) {
+void Ownership::Spawn(PlayerNumber player, const PropertySet& begins) {
   bodies_.Own(PlayerBodyId(player), Epoch(1), catalog_.MakePlayer(player).initial);
   players_.Adopt(player, {});
-  PropertySet named;
-  named.set_player_name(std::move(name));
-  records_.Commit(PlayerBodyId(player), named, {});
+  records_.Commit(PlayerBodyId(player), begins, {});
 }
 
 // Returns the inputs that wait for the body.

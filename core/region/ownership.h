@@ -40,7 +40,7 @@ class Ownership {
   void Take(const GrantedBody& body, const PlayerControl& control);
   // The same for a body of a saved state, whose contacts nobody remembers.
   void Restore(const GrantedBody& body, const PlayerControl& control);
-  void Spawn(PlayerNumber player, std::string name = {});
+  void Spawn(PlayerNumber player, const PropertySet& begins = {});
   // What a game changed of the definition of a body that is owned.
   void Tune(BodyId id, const BodyTuning& tuning) { bodies_.Tune(id, tuning); }
   // The record of the world, where the world begins.

@@ -59,9 +59,15 @@ std::uint32_t Region::LastInput(PlayerNumber player) const {
   return control == nullptr ? 0 : control->last_input;
 }
 
-void Region::SpawnPlayer(PlayerNumber player, std::string_view name) {
+void Region::SpawnPlayer(PlayerNumber player, std::string_view name, std::span<const NamedProperty> properties) {
   assert(parts_->scene().player.has_value());
-  parts_->players.Spawn(player, std::string(name));
+  PropertySet begins;
+  for (const auto& [property, value] : properties) {
+    // The control plane has checked them with the scene.
+    [[maybe_unused]] const absl::Status ignored = begins.Set(parts_->scene().properties, property, value);
+  }
+  begins.set_player_name(std::string(name));
+  parts_->players.Spawn(player, std::move(begins));
 }
 
 void Region::MarkSpawned(PlayerNumber player) { parts_->players.MarkSpawned(player); }

@@ -134,8 +134,9 @@ class Region {
   std::uint32_t LastInput(PlayerNumber player) const;
   // Makes the player's body at its spawn point, owned by this region, at the next step. Repeating it does nothing, nor
   // does it when the player was removed. Requires scene->player, and a name that CheckPlayerName takes. One region of
-  // the instance is asked to.
-  void SpawnPlayer(PlayerNumber player, std::string_view name = {});
+  // the instance is asked to. `properties`: those that the body begins with; what the scene does not declare so is left
+  // out.
+  void SpawnPlayer(PlayerNumber player, std::string_view name = {}, std::span<const NamedProperty> properties = {});
   // An earlier life of this region made the body: SpawnPlayer does nothing any more, nor does it after states that are
   // saved from here on.
   void MarkSpawned(PlayerNumber player);

@@ -42,8 +42,8 @@ Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, V
   return Vec3f(Faded(torque, Vec3d(angular_velocity_rad_s), rules.max_speed_m_s / radius_m));
 }
 
-void RegionPlayers::Spawn(PlayerNumber player, std::string name) {
-  if (spawned_.insert(player).second) asked_.emplace(player, std::move(name));
+void RegionPlayers::Spawn(PlayerNumber player, PropertySet begins) {
+  if (spawned_.insert(player).second) asked_.emplace(player, std::move(begins));
 }
 
 std::vector<BodyId> RegionPlayers::SetHidden(std::span<const BodyId> hidden) {
@@ -63,10 +63,10 @@ void RegionPlayers::Park(PlayerNumber player, bool parked) {
   }
 }
 
-std::vector<std::pair<PlayerNumber, std::string>> RegionPlayers::TakeSpawns() {
-  std::vector<std::pair<PlayerNumber, std::string>> spawns;
-  for (auto& [player, name] : asked_) {
-    if (!HasLeft(player)) spawns.emplace_back(player, std::move(name));
+std::vector<std::pair<PlayerNumber, PropertySet>> RegionPlayers::TakeSpawns() {
+  std::vector<std::pair<PlayerNumber, PropertySet>> spawns;
+  for (auto& [player, begins] : asked_) {
+    if (!HasLeft(player)) spawns.emplace_back(player, std::move(begins));
   }
   asked_.clear();
   return spawns;

@@ -18,6 +18,7 @@
 #include "core/region/frame.h"
 #include "core/region/input_sequence.h"
 #include "core/region/region.h"
+#include "core/world/properties.h"
 
 namespace tessera::region {
 
@@ -25,7 +26,8 @@ class RegionPlayers {
  public:
   explicit RegionPlayers(const Scene& scene) : scene_(scene) {}
 
-  void Spawn(PlayerNumber player, std::string name = {});
+  // `begins`: its name, and the properties that it begins with.
+  void Spawn(PlayerNumber player, PropertySet begins = {});
   void Leave(PlayerNumber player) { left_.insert(player); }
   void Park(PlayerNumber player, bool parked);
   const std::set<PlayerNumber>& parked() const { return parked_; }
@@ -37,7 +39,7 @@ class RegionPlayers {
   void MarkSpawned(PlayerNumber player) { spawned_.insert(player); }
   const std::set<PlayerNumber>& spawned() const { return spawned_; }
   // Those asked for since the last call, ascending, with their names; each player comes out once in a life.
-  std::vector<std::pair<PlayerNumber, std::string>> TakeSpawns();
+  std::vector<std::pair<PlayerNumber, PropertySet>> TakeSpawns();
   // The bodies of players that a game keeps out of the world now. Returns those that it does not any more.
   std::vector<BodyId> SetHidden(std::span<const BodyId> hidden);
 
@@ -71,7 +73,7 @@ class RegionPlayers {
   static bool TakeNext(PlayerControl& control);
 
   const Scene& scene_;
-  std::map<PlayerNumber, std::string> asked_;
+  std::map<PlayerNumber, PropertySet> asked_;
   std::set<PlayerNumber> spawned_, left_, parked_, unparked_;
   std::vector<BodyId> hidden_;
   std::map<PlayerNumber, Controlled> controlled_;  // players whose bodies are owned here

@@ -121,10 +121,10 @@ game::PlayerChanges UpdatePlayers(RegionParts& parts, StepResult& result) {
       result.departures.push_back(parts.ownership.Remove(id));
     }
   }
-  for (auto& [player, name] : players.TakeSpawns()) {
+  for (const auto& [player, begins] : players.TakeSpawns()) {
     const BodyId id = PlayerBodyId(player);
     if (bodies.Owns(id) || bodies.FindGhost(id) != nullptr) continue;
-    parts.ownership.Spawn(player, std::move(name));
+    parts.ownership.Spawn(player, begins);
     parts.game.NoteMade(id);
     changes.joined.push_back(player);
   }

@@ -56,6 +56,11 @@ absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
                              .parked = player.parked(),
                              .name = name,
                              .ended_because = player.ended_because()});
+    for (const v1::Property& property : player.properties()) {
+      if (auto value = FromProto(property)) {
+        order.players.back().properties.emplace_back(property.name(), *std::move(value));
+      }
+    }
   }
   return absl::OkStatus();
 }

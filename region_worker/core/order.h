@@ -29,7 +29,8 @@ struct OrderedPlayer {
   bool left = false;
   bool parked = false;
   std::string name{};
-  std::string ended_because{};  // the game's reason; of one that has left
+  std::string ended_because{};              // the game's reason, or an operator's; of one that has left
+  std::vector<NamedProperty> properties{};  // that its body begins with
 };
 
 // A life of a region that has ended.

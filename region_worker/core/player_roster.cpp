@@ -28,7 +28,7 @@ void PlayerRoster::Set(std::span<const OrderedPlayer> players, bool joins, regio
       continue;
     }
     LogInfo(actions, absl::StrCat("spawn player=", player.number.value()));
-    region.SpawnPlayer(player.number, player.name);
+    region.SpawnPlayer(player.number, player.name, player.properties);
     spawning_.push_back(player.number);
   }
   const auto forgotten = [this](PlayerNumber player) { return !named_.contains(player); };

@@ -64,6 +64,25 @@ TEST_F(PlayerRosterTest, APlayerThatLeftIsExpelledOnceAndLosesItsBody) {
   EXPECT_FALSE(HasBody(kPlayer));
 }
 
+// The name and properties of its ticket; what the scene does not declare so was refused by the control plane.
+TEST_F(PlayerRosterTest, ABodyBeginsWithItsPlayersNameAndProperties) {
+  Scene scene = *WorldWithPlayers();
+  scene.properties = {{"team", std::string("none")}, {"score", std::int64_t{0}}};
+  CoreRig declared{1, std::make_shared<const Scene>(scene)};
+  OrderedPlayer player = Here(kPlayer);
+  player.name = "ann";
+  player.properties = {{"team", std::string("red")}, {"wealth", std::int64_t{7}}};
+  roster.Set(std::vector{player}, false, declared.region, declared.actions);
+  declared.Step();
+  const region::KeptRecord* record = declared.region.records().Find(PlayerBodyId(kPlayer));
+  ASSERT_NE(record, nullptr);
+  const auto set = PropertySet::Decode(*record->bytes, scene.properties);
+  ASSERT_TRUE(set.ok()) << set.status();
+  EXPECT_EQ(set->player_name(), "ann");
+  EXPECT_EQ(ValueOf(scene.properties, {}, *set, "team"), PropertyValue(std::string("red")));
+  EXPECT_EQ(ValueOf(scene.properties, {}, *set, "score"), PropertyValue(std::int64_t{0}));
+}
+
 TEST_F(PlayerRosterTest, AHigherGenerationReplacesTheOneBeforeOnce) {
   const auto of = [](std::uint64_t generation) {
     OrderedPlayer player = Here(kPlayer);

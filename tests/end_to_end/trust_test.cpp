@@ -118,8 +118,8 @@ class TrustTest : public ::testing::Test {
 TEST_F(TrustTest, AWorldRunsOnAHostThatJoinedByTlsAndPlayersComeIn) {
   const std::string token = JoinToken("alpha");
   ASSERT_TRUE(StartAgent(token)) << host::LastLinesText(AgentLog(), 5);
-  const support::RunResult running = Tessera(
-      {"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies", "50", "--regions", "2", "--wait"});
+  const support::RunResult running = Tessera({"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies",
+                                              "50", "--regions", "2", "--guests", "on", "--wait"});
   ASSERT_EQ(running.exit_code, 0) << running.err;
   EXPECT_EQ(Tessera({"instance", "checkpoint", "inst-1"}).exit_code, 0) << "the agent uploads it";
   EXPECT_EQ(Tessera({"instance", "restore", "inst-1", "--wait"}).exit_code, 0) << "and fetches it";
@@ -138,6 +138,35 @@ TEST_F(TrustTest, AWorldRunsOnAHostThatJoinedByTlsAndPlayersComeIn) {
   ASSERT_TRUE(StartAgent("tsj_used." + fingerprint_)) << host::LastLinesText(AgentLog(), 5);
   EXPECT_EQ(FirstLine(Tessera({"cluster", "authority"})), fingerprint_);
   EXPECT_THAT(Everything(), Not(HasSubstr(token.substr(0, 68)))) << "no secret is in a log";
+}
+
+TEST_F(TrustTest, AWorldThatIsMadeByTlsTakesNoGuestsAndIssuersAreAnAdministrators) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera(
+      {"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies", "20", "--regions", "1", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  const auto guest = local::Bot::Join(players_ + "#" + fingerprint_, "inst-1", "ada", 7);
+  EXPECT_THAT(std::string(guest.status().message()), HasSubstr("this instance takes no guests: a ticket is needed"));
+
+  const std::string key = folder_.path() + "/game.key";
+  const support::RunResult made = Tessera({"issuer", "create", "game", "--instances", "inst-1", "--key-out", key});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(std::filesystem::status(key).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  EXPECT_EQ(Tessera({"issuer", "create", "other", "--key-out", key}).exit_code, 1) << "no key is overwritten";
+  EXPECT_THAT(Tessera({"issuer", "list"}).out, ::testing::AllOf(HasSubstr("game"), HasSubstr("inst-1")));
+  const support::RunResult ticket =
+      Tessera({"ticket", "sign", "--key", key, "--player", "ada", "--instance", "inst-1"});
+  ASSERT_EQ(ticket.exit_code, 0) << ticket.err;
+  EXPECT_GT(ticket.out.size(), 100U);
+  EXPECT_EQ(Tessera({"player", "ban", "inst-1", "ada", "--reason", "cheats"}).exit_code, 0);
+  EXPECT_THAT(Tessera({"player", "bans", "inst-1"}).out, ::testing::AllOf(HasSubstr("ada"), HasSubstr("cheats")));
+  EXPECT_EQ(Tessera({"player", "unban", "inst-1", "ada"}).exit_code, 0);
+  EXPECT_THAT(Tessera({"player", "kick", "inst-1", "7"}).err, HasSubstr("has no player 7"));
+  AddPerson("oscar", "operator");
+  EXPECT_THAT(Tessera({"--context", "oscar", "issuer", "list"}).err, HasSubstr("PERMISSION_DENIED"));
+  EXPECT_EQ(Tessera({"issuer", "remove", "game"}).exit_code, 0);
+  EXPECT_THAT(*host::ReadFile(ControlLog(), kMaxFileBytes), HasSubstr("AccessService/RemoveIssuer who=token/admin"));
 }
 
 TEST_F(TrustTest, EachRoleDoesItsPart) {
