@@ -23,6 +23,7 @@
 #include "control_plane/control_plane.h"
 #include "control_plane/grpc_server.h"
 #include "control_plane/http_pages.h"
+#include "control_plane/https_door.h"
 #include "control_plane/secrets.h"
 #include "control_plane/sqlite_store.h"
 #include "control_plane/store.h"
@@ -31,18 +32,23 @@
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
+#include "trust/certificate.h"
 
 namespace tessera::control {
 namespace {
 
 struct ControlFlags {
   std::string listen, players_listen, socket;
+  std::string players_https, players_certificate, players_key;  // the last two are paths
   std::string metrics_listen = "127.0.0.1:7701";
   std::string state_dir;
   std::string ready_file;
   std::string log_level;
   ControlSettings settings;
 };
+
+// A chain of a few certificates.
+constexpr std::size_t kMaxCertificateFileBytes = 64 * 1024;
 
 // Shorter spans take a healthy host on a busy machine for a dead one.
 constexpr std::chrono::milliseconds kLeastLostAfter{1000}, kLeastFailoverAfter{500}, kLongestSpan{3'600'000};
@@ -91,24 +97,54 @@ absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const std::s
 
 // Who listens on this machine alone needs none.
 absl::StatusOr<std::optional<Authority>> AuthorityFor(const ControlFlags& flags, Store& store) {
-  if (flags.listen.empty() && flags.players_listen.empty()) return std::nullopt;
+  const bool https = !flags.players_https.empty() && flags.players_certificate.empty();
+  if (flags.listen.empty() && flags.players_listen.empty() && !https) return std::nullopt;
   auto authority = OpenAuthority(store, flags.state_dir + "/seal.key", SystemRandomBytes);
   if (!authority.ok()) return authority.status();
   spdlog::info("authority fingerprint={}", authority->fingerprint);
   return *std::move(authority);
 }
 
-absl::Status AnnounceReady(const ControlFlags& flags, const GrpcServer& grpc, const std::string& http_address) {
+// Null: there is to be none. Its certificate is the operator's own, or one of the cluster's authority.
+absl::StatusOr<std::unique_ptr<HttpsDoor>> StartHttps(const ControlFlags& flags,
+                                                      const std::optional<Authority>& authority, ControlPlane& plane,
+                                                      ControlMetrics& metrics) {
+  if (flags.players_https.empty()) return nullptr;
+  auto listen = host::ParseSocketAddress(flags.players_https, host::PortRule::kFrom0);
+  if (!listen.ok()) return listen.status();
+  HttpsSettings settings{.listen = *std::move(listen), .certificate = {}, .key = {}};
+  if (!flags.players_certificate.empty()) {
+    auto certificate = host::ReadFile(flags.players_certificate, kMaxCertificateFileBytes);
+    if (!certificate.ok()) return certificate.status();
+    auto key = host::ReadFile(flags.players_key, kMaxCertificateFileBytes);
+    if (!key.ok()) return key.status();
+    settings.certificate = *std::move(certificate);
+    settings.key = *std::move(key);
+  } else {
+    auto own = trust::IssueServer(authority->signer, MakeSerial(SystemRandomBytes));
+    if (!own.ok()) return own.status();
+    settings.certificate = own->certificate + authority->signer.certificate;
+    settings.key = std::move(own->key);
+  }
+  return HttpsDoor::Start(std::move(settings), plane, metrics);
+}
+
+absl::Status AnnounceReady(const ControlFlags& flags, const GrpcServer& grpc, const HttpsDoor* https,
+                           const std::string& http_address) {
+  const std::string https_address = https == nullptr ? "" : https->address();
   if (!flags.ready_file.empty()) {
-    const nlohmann::json ready{
-        {"socket", grpc.socket()}, {"grpc", grpc.operators()}, {"players", grpc.players()}, {"http", http_address}};
+    const nlohmann::json ready{{"socket", grpc.socket()},
+                               {"grpc", grpc.operators()},
+                               {"players", grpc.players()},
+                               {"players_https", https_address},
+                               {"http", http_address}};
     const std::string line = ready.dump() + "\n";
     const absl::Status status = host::WriteFile(flags.ready_file, line, host::Durability::kSurvivesProcess);
     if (!status.ok()) return absl::UnavailableError("--ready-file " + std::string(status.message()));
   }
   sd_notify(0, "READY=1");
-  spdlog::info("ready socket={} grpc={} players={} http={}", grpc.socket(), grpc.operators(), grpc.players(),
-               http_address);
+  spdlog::info("ready socket={} grpc={} players={} players_https={} http={}", grpc.socket(), grpc.operators(),
+               grpc.players(), https_address, http_address);
   return absl::OkStatus();
 }
 
@@ -128,8 +164,9 @@ absl::Status Run(const ControlFlags& flags) {
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
 
   // Ports are tried first of all, so that one in use costs one line and touches nothing.
-  for (const auto& [address, what] : {std::pair(flags.listen, "grpc"), std::pair(flags.players_listen, "players"),
-                                      std::pair(flags.metrics_listen, "http")}) {
+  for (const auto& [address, what] :
+       {std::pair(flags.listen, "grpc"), std::pair(flags.players_listen, "players"),
+        std::pair(flags.players_https, "players' https"), std::pair(flags.metrics_listen, "http")}) {
     if (address.empty()) continue;
     const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
     if (!parsed.ok()) return parsed.status();
@@ -154,6 +191,8 @@ absl::Status Run(const ControlFlags& flags) {
   const GrpcDoors doors{.socket = std::filesystem::absolute(socket).lexically_normal().string(),
                         .operators = flags.listen,
                         .players = flags.players_listen};
+  const auto https = StartHttps(flags, *authority, plane, metrics);
+  if (!https.ok()) return https.status();
   const auto grpc = GrpcServer::Start(doors, *std::move(authority), plane, metrics);
   if (!grpc.ok()) return grpc.status();
   const auto summary = std::make_shared<SummaryMetrics>(
@@ -164,7 +203,7 @@ absl::Status Run(const ControlFlags& flags) {
       [&plane] { return plane.store_revision(); });
   (*http)->AddCollectable(summary);
   AddPages(**http, plane);
-  if (absl::Status status = AnnounceReady(flags, **grpc, (*http)->address()); !status.ok()) return status;
+  if (absl::Status status = AnnounceReady(flags, **grpc, https->get(), (*http)->address()); !status.ok()) return status;
 
   int received = 0;
   sigwait(&signals, &received);
@@ -198,6 +237,15 @@ int main(int argc, char** argv) {
   app.add_option("--players-listen", flags.players_listen,
                  "address for players, HOST:PORT, gRPC over TLS; everybody may join there; default none")
       ->check(is_address);
+  app.add_option("--players-https", flags.players_https,
+                 "address for players, HOST:PORT, HTTPS with JSON; port 0 takes a free one; default none")
+      ->check(is_address);
+  CLI::Option* certificate = app.add_option("--players-certificate", flags.players_certificate,
+                                            "PEM file with the certificate, and its chain, that --players-https shows; "
+                                            "default one of the cluster's authority");
+  CLI::Option* key =
+      app.add_option("--players-key", flags.players_key, "PEM file with that certificate's key")->needs(certificate);
+  certificate->needs(key);
   app.add_option("--socket", flags.socket,
                  "path of the socket for this user and root; default control.sock in the state folder");
   app.add_option("--metrics-listen", flags.metrics_listen,

@@ -1,0 +1,438 @@
+#include "control_plane/https_door.h"
+
+#include <arpa/inet.h>
+#include <libwebsockets.h>
+#include <openssl/pem.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/join_page.h"
+#include "control_plane/one_line.h"
+#include "telemetry/log_throttle.h"
+#include "telemetry/logging.h"
+#include "trust/openssl_handles.h"
+
+namespace tessera::control {
+namespace {
+
+using HttpsClock = std::chrono::steady_clock;
+
+constexpr char kJoinPath[] = "/v1/join", kLeavePath[] = "/v1/leave";
+// From the connection to its whole request; and how long a join waits for its world. Who needs longer asks again, with
+// a new ticket.
+constexpr int kRequestSeconds = 10;
+constexpr std::chrono::seconds kRequestPatience{kRequestSeconds}, kJoinPatience{60};
+constexpr std::size_t kHeaderBytes = 1024;  // of an answer
+
+telemetry::LogThrottle& WebLogThrottle() {
+  static telemetry::LogThrottle throttle;
+  return throttle;
+}
+
+// Strangers cause these lines as often as they like.
+void ForwardWebLog(int, const char* line) {
+  if (!spdlog::should_log(spdlog::level::debug)) return;
+  if (!WebLogThrottle().Take(telemetry::LogThrottle::Clock::now())) return;
+  spdlog::debug("https {}", telemetry::LogValue(std::string(absl::StripTrailingAsciiWhitespace(line))));
+}
+
+// IPv4 as it is, of IPv6 the first 64 bits: a stranger has all the others.
+std::string CountedAddress(int socket_fd) {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  if (getpeername(socket_fd, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return "";
+  if (peer.ss_family == AF_INET6) {
+    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);
+    return {reinterpret_cast<const char*>(&v6.sin6_addr), 8};
+  }
+  const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
+  return {reinterpret_cast<const char*>(&v4.sin_addr), sizeof v4.sin_addr};
+}
+
+std::string WebHeader(lws* wsi, lws_token_indexes header) {
+  std::array<char, 256> text{};
+  const int bytes = lws_hdr_copy(wsi, text.data(), text.size(), header);
+  return bytes > 0 ? std::string(text.data(), static_cast<std::size_t>(bytes)) : "";
+}
+
+// Loads the chain and its key. They are checked before the address is bound, so a fault is found at the start.
+absl::Status LoadCertificate(SSL_CTX* context, const HttpsSettings& settings) {
+  const auto fault = [](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat(what, ": ", trust::TakeOpensslError()));
+  };
+  const trust::BioHandle chain = trust::ReadFrom(settings.certificate);
+  const trust::CertificateHandle own(PEM_read_bio_X509(chain.get(), nullptr, nullptr, nullptr));
+  if (!own || SSL_CTX_use_certificate(context, own.get()) != 1) return fault("players' certificate cannot be read");
+  while (X509* next = PEM_read_bio_X509(chain.get(), nullptr, nullptr, nullptr)) {
+    if (SSL_CTX_add0_chain_cert(context, next) != 1) {
+      X509_free(next);
+      return fault("players' certificate: its chain cannot be read");
+    }
+  }
+  ERR_clear_error();  // the end of the file is one to OpenSSL
+  const auto no_passphrase = [](char*, int, int, void*) { return 0; };
+  const trust::KeyHandle key(
+      PEM_read_bio_PrivateKey(trust::ReadFrom(settings.key).get(), nullptr, no_passphrase, nullptr));
+  if (!key || SSL_CTX_use_PrivateKey(context, key.get()) != 1 || SSL_CTX_check_private_key(context) != 1) {
+    return fault("players' key cannot be read, or is not the certificate's");
+  }
+  if (SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION) != 1) return fault("TLS 1.2 is not to be had");
+  return absl::OkStatus();
+}
+
+absl::Status CheckCertificate(const HttpsSettings& settings) {
+  const trust::TlsContextHandle context(SSL_CTX_new(TLS_server_method()));
+  return context ? LoadCertificate(context.get(), settings) : trust::OpensslFault("TLS cannot be used");
+}
+
+}  // namespace
+
+struct HttpsDoor::Impl {
+  // A connection, from its accepting on.
+  struct Connection {
+    std::string address;
+    HttpsClock::time_point begun;
+    std::uint64_t number = 0;
+    std::string path, body;
+    std::optional<PageAnswer> answer;
+    bool options = false;  // the question of a browser whether a page of another origin may ask
+  };
+  // A request that is being carried out.
+  struct Work {
+    std::atomic<bool> given_up{false};
+    std::thread thread;
+  };
+
+  Impl(HttpsSettings settings_in, ControlPlane& plane_in, ControlMetrics& metrics_in)
+      : settings(std::move(settings_in)), plane(plane_in), metrics(metrics_in) {}
+
+  static int OnEvent(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
+  static Impl& Of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
+
+  bool MayConnect(int socket_fd) const;
+  void Opened(lws* wsi);
+  void Closed(lws* wsi);
+  int Begin(lws* wsi, Connection& connection);
+  int TakeBody(lws* wsi, Connection& connection, std::string_view bytes);
+  int Answer(lws* wsi, Connection& connection, PageAnswer answer);
+  int Write(lws* wsi, Connection& connection);
+  void Start(lws* wsi, Connection& connection);
+  PageAnswer CarryOut(const std::string& path, const std::string& body, const std::string& from,
+                      const std::atomic<bool>& given_up);
+  void TakeFinished();
+  void Run();
+  void Stop();
+
+  HttpsSettings settings;
+  ControlPlane& plane;
+  ControlMetrics& metrics;
+  lws_context* context = nullptr;
+  lws_vhost* vhost = nullptr;
+  std::array<lws_protocols, 2> protocols{};
+  lws_http_mount mount{};
+  telemetry::LogThrottle refusals;
+  std::atomic<bool> stopping{false};
+  std::thread loop;
+  // Of the loop's thread.
+  std::map<lws*, Connection> connections;
+  std::map<std::string, std::size_t> by_address;
+  std::uint64_t last_number = 0;
+  std::map<std::uint64_t, std::unique_ptr<Work>> work;  // by the connection's number
+  std::vector<unsigned char> out;
+  // Under `mutex`: finished work.
+  std::mutex mutex;
+  std::vector<std::pair<std::uint64_t, PageAnswer>> finished;
+};
+
+// --- Connections -----------------------------------------------------------------------------------------------------
+
+bool HttpsDoor::Impl::MayConnect(int socket_fd) const {
+  if (connections.size() >= settings.max_connections) return false;
+  const auto known = by_address.find(CountedAddress(socket_fd));
+  return known == by_address.end() || known->second < settings.max_from_address;
+}
+
+void HttpsDoor::Impl::Opened(lws* wsi) {
+  Connection& connection = connections[wsi];
+  connection.address = CountedAddress(lws_get_socket_fd(wsi));
+  connection.begun = HttpsClock::now();
+  connection.number = ++last_number;
+  ++by_address[connection.address];
+}
+
+void HttpsDoor::Impl::Closed(lws* wsi) {
+  const auto found = connections.find(wsi);
+  if (found == connections.end()) return;
+  if (const auto counted = by_address.find(found->second.address); --counted->second == 0) by_address.erase(counted);
+  // Nobody reads the answer any more.
+  if (const auto doing = work.find(found->second.number); doing != work.end()) doing->second->given_up = true;
+  connections.erase(found);
+}
+
+// --- Requests --------------------------------------------------------------------------------------------------------
+
+int HttpsDoor::Impl::Begin(lws* wsi, Connection& connection) {
+  lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kRequestSeconds);
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_OPTIONS_URI) > 0) {
+    connection.options = true;
+    return Answer(wsi, connection, {.status = 204, .body = ""});
+  }
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) <= 0) {
+    return Answer(wsi, connection, {.status = 405, .body = R"({"error":"only POST is served here"})"});
+  }
+  connection.path = WebHeader(wsi, WSI_TOKEN_POST_URI);
+  if (connection.path != kJoinPath && connection.path != kLeavePath) {
+    return Answer(wsi, connection,
+                  {.status = 404, .body = R"({"error":"only /v1/join and /v1/leave are served here"})"});
+  }
+  std::uint64_t bytes = 0;
+  if (!absl::SimpleAtoi(WebHeader(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH), &bytes)) {
+    return Answer(wsi, connection, {.status = 411, .body = R"({"error":"Content-Length is missing"})"});
+  }
+  if (bytes == 0 || bytes > kMaxJoinBodyBytes) {
+    const absl::Status status =
+        absl::InvalidArgumentError(absl::StrCat("body: ", bytes, " bytes are not 1 to ", kMaxJoinBodyBytes));
+    PageAnswer answer = ErrorAnswer(status);
+    answer.status = bytes == 0 ? 400 : 413;
+    return Answer(wsi, connection, std::move(answer));
+  }
+  return 0;
+}
+
+int HttpsDoor::Impl::TakeBody(lws* wsi, Connection& connection, std::string_view bytes) {
+  if (connection.answer) return 0;
+  const bool late = HttpsClock::now() - connection.begun > kRequestPatience;
+  if (late || connection.body.size() + bytes.size() > kMaxJoinBodyBytes) return -1;
+  connection.body.append(bytes);
+  lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kRequestSeconds);
+  return 0;
+}
+
+void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
+  if (connection.answer) return;
+  lws_set_timeout(wsi, NO_PENDING_TIMEOUT, 0);
+  auto doing = std::make_unique<Work>();
+  std::array<char, 64> from{};
+  lws_get_peer_simple(wsi, from.data(), from.size());
+  doing->thread =
+      std::thread([this, number = connection.number, path = connection.path, body = std::move(connection.body),
+                   peer = std::string(from.data()), &given_up = doing->given_up] {
+        PageAnswer answer = CarryOut(path, body, peer, given_up);
+        const std::lock_guard lock(mutex);
+        finished.emplace_back(number, std::move(answer));
+        lws_cancel_service(context);
+      });
+  work.emplace(connection.number, std::move(doing));
+}
+
+PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string& body, const std::string& from,
+                                     const std::atomic<bool>& given_up) {
+  const HttpsClock::time_point begun = HttpsClock::now();
+  const auto over = [&] { return given_up || stopping || HttpsClock::now() - begun > kJoinPatience; };
+  absl::Status status;
+  std::string subject;
+  PageAnswer answer;
+  if (path == kJoinPath) {
+    const auto request = ReadJoinBody(body);
+    if (request.ok()) subject = request->instance_id();
+    absl::StatusOr<v1::JoinInstanceResponse> joined =
+        request.ok() ? plane.Join(*request, over, /*stranger=*/true) : request.status();
+    if (absl::IsCancelled(joined.status()) && !given_up && !stopping) {
+      joined = absl::UnavailableError("instance: has not started yet; ask again, with a new ticket");
+    }
+    status = joined.status();
+    answer = JoinAnswer(subject, joined);
+    metrics.CountSession(status);
+  } else {
+    const auto request = ReadLeaveBody(body);
+    if (request.ok()) subject = request->instance_id();
+    status = request.ok() ? plane.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); })
+                          : request.status();
+    answer = LeaveAnswer(status);
+  }
+  const auto took = HttpsClock::now() - begun;
+  metrics.ObserveRpc(path, took);
+  std::uint64_t left_out = 0;
+  if (!status.ok()) {
+    const auto passes = refusals.Take(telemetry::LogThrottle::Clock::now());
+    if (!passes) return answer;
+    left_out = *passes;
+  }
+  spdlog::info(
+      "https path={} who=player from={} subject={} result={} ms={:.1f}{}{}", path, from,
+      telemetry::LogValue(OneLine(subject, kMaxNameBytes)), absl::StatusCodeToString(status.code()),
+      std::chrono::duration<double, std::milli>(took).count(),
+      status.ok() ? "" : " error=" + telemetry::LogValue(OneLine(std::string(status.message()), kMaxReasonBytes)),
+      left_out == 0 ? "" : absl::StrCat(" more=", left_out));
+  return answer;
+}
+
+void HttpsDoor::Impl::TakeFinished() {
+  std::vector<std::pair<std::uint64_t, PageAnswer>> taken;
+  {
+    const std::lock_guard lock(mutex);
+    taken.swap(finished);
+  }
+  for (auto& [number, answer] : taken) {
+    if (const auto doing = work.find(number); doing != work.end()) {
+      doing->second->thread.join();
+      work.erase(doing);
+    }
+    for (auto& [wsi, connection] : connections) {
+      if (connection.number == number) Answer(wsi, connection, std::move(answer));
+    }
+  }
+}
+
+int HttpsDoor::Impl::Answer(lws* wsi, Connection& connection, PageAnswer answer) {
+  connection.answer = std::move(answer);
+  lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kRequestSeconds);
+  lws_callback_on_writable(wsi);
+  return 0;
+}
+
+// One request a connection: the next one is counted anew.
+int HttpsDoor::Impl::Write(lws* wsi, Connection& connection) {
+  const PageAnswer& answer = *connection.answer;
+  const auto status = static_cast<unsigned>(answer.status);
+  std::vector<unsigned char> headers(LWS_PRE + kHeaderBytes);
+  unsigned char* at = headers.data() + LWS_PRE;
+  unsigned char* const begin = at;
+  unsigned char* const end = headers.data() + headers.size() - 1;
+  const auto add = [&](const char* name, const std::string& value) {
+    return lws_add_http_header_by_name(wsi, reinterpret_cast<const unsigned char*>(name),
+                                       reinterpret_cast<const unsigned char*>(value.data()),
+                                       static_cast<int>(value.size()), &at, end) == 0;
+  };
+  // Nothing that a browser sends of itself counts here, so a page of any origin may ask as any program may.
+  if (lws_add_http_header_status(wsi, status, &at, end) != 0 || !add("content-type:", "application/json") ||
+      !add("content-length:", std::to_string(answer.body.size())) || !add("connection:", "close") ||
+      !add("cache-control:", "no-store") || !add("access-control-allow-origin:", "*") ||
+      (connection.options &&
+       (!add("access-control-allow-methods:", "POST") || !add("access-control-allow-headers:", "content-type"))) ||
+      (answer.status == 503 && !add("retry-after:", "5")) ||
+      lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
+    return -1;
+  }
+  if (answer.body.empty()) return -1;
+  out.resize(LWS_PRE + answer.body.size());
+  std::copy(answer.body.begin(), answer.body.end(), out.begin() + LWS_PRE);
+  (void)lws_write(wsi, out.data() + LWS_PRE, answer.body.size(), LWS_WRITE_HTTP_FINAL);
+  return -1;  // what the socket did not take yet is sent before it closes
+}
+
+// --- The loop --------------------------------------------------------------------------------------------------------
+
+int HttpsDoor::Impl::OnEvent(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len) {
+  // Null for a connection that is not counted yet, or no more.
+  const auto connection = [wsi]() -> Connection* {
+    const auto found = Of(wsi).connections.find(wsi);
+    return found == Of(wsi).connections.end() ? nullptr : &found->second;
+  };
+  switch (reason) {
+    case LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS:
+      return LoadCertificate(static_cast<SSL_CTX*>(user), Of(wsi).settings).ok() ? 0 : 1;
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+      return Of(wsi).MayConnect(static_cast<int>(reinterpret_cast<std::intptr_t>(in))) ? 0 : 1;
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+      Of(wsi).Opened(wsi);
+      return 0;
+    case LWS_CALLBACK_WSI_DESTROY:
+      Of(wsi).Closed(wsi);
+      return 0;
+    case LWS_CALLBACK_HTTP:
+      return connection() == nullptr ? -1 : Of(wsi).Begin(wsi, *connection());
+    case LWS_CALLBACK_HTTP_BODY:
+      return connection() == nullptr ? -1 : Of(wsi).TakeBody(wsi, *connection(), {static_cast<const char*>(in), len});
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+      if (connection() == nullptr) return -1;
+      Of(wsi).Start(wsi, *connection());
+      return 0;
+    case LWS_CALLBACK_HTTP_WRITEABLE:
+      if (connection() == nullptr || !connection()->answer) return 0;
+      return Of(wsi).Write(wsi, *connection());
+    case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
+      Of(wsi).TakeFinished();
+      return 0;
+    default:
+      return 0;
+  }
+}
+
+void HttpsDoor::Impl::Run() {
+  while (!stopping && lws_service(context, 0) >= 0) continue;
+}
+
+void HttpsDoor::Impl::Stop() {
+  if (context == nullptr) return;
+  stopping = true;
+  lws_cancel_service(context);
+  if (loop.joinable()) loop.join();
+  for (auto& [number, doing] : work) {
+    doing->given_up = true;
+    doing->thread.join();
+  }
+  lws_context_destroy(std::exchange(context, nullptr));
+}
+
+absl::StatusOr<std::unique_ptr<HttpsDoor>> HttpsDoor::Start(HttpsSettings settings, ControlPlane& plane,
+                                                            ControlMetrics& metrics) {
+  if (absl::Status status = CheckCertificate(settings); !status.ok()) return status;
+  if (absl::Status status = host::CheckBindable(settings.listen, "players' https"); !status.ok()) return status;
+  auto impl = std::make_unique<Impl>(std::move(settings), plane, metrics);
+  Impl& me = *impl;
+  lws_set_log_level(LLL_ERR | LLL_WARN, ForwardWebLog);
+  me.protocols[0] = {"http", Impl::OnEvent, 0, 0, 0, nullptr, 0};
+  me.mount.mountpoint = "/";
+  me.mount.mountpoint_len = 1;
+  me.mount.origin = "http";
+  me.mount.origin_protocol = LWSMPRO_CALLBACK;
+
+  lws_context_creation_info info{};
+  info.port = me.settings.listen.port;
+  info.iface = me.settings.listen.host == "0.0.0.0" ? nullptr : me.settings.listen.host.c_str();
+  info.protocols = me.protocols.data();
+  info.mounts = &me.mount;
+  info.user = impl.get();
+  info.gid = static_cast<gid_t>(-1);
+  info.uid = static_cast<uid_t>(-1);
+  info.timeout_secs = kRequestSeconds;
+  info.keepalive_timeout = kRequestSeconds;
+  info.alpn = "http/1.1";
+  info.options =
+      LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX;
+  if (me.settings.listen.host.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
+  me.context = lws_create_context(&info);
+  me.vhost = me.context == nullptr ? nullptr : lws_create_vhost(me.context, &info);
+  std::unique_ptr<HttpsDoor> door(new HttpsDoor(std::move(impl)));
+  if (me.vhost == nullptr) {
+    return absl::UnavailableError(absl::StrCat("address ", host::ToString(me.settings.listen), " cannot be served"));
+  }
+  me.loop = std::thread([&me] { me.Run(); });
+  return door;
+}
+
+HttpsDoor::HttpsDoor(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+HttpsDoor::~HttpsDoor() { impl_->Stop(); }
+
+std::string HttpsDoor::address() const {
+  const auto port = static_cast<std::uint16_t>(lws_get_vhost_listen_port(impl_->vhost));
+  return host::ToString({impl_->settings.listen.host, port});
+}
+
+}  // namespace tessera::control

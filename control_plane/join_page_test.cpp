@@ -1,0 +1,116 @@
+#include "control_plane/join_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/escaping.h"
+#include "control_plane/testing/fake_backend.h"
+#include "core/world/partition_io.h"
+
+namespace tessera::control {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string JoinBodyFault(const std::string& body) { return std::string(ReadJoinBody(body).status().message()); }
+
+// As the control plane answers.
+v1::JoinInstanceResponse JoinedOnTwoRegions() {
+  const net::SigningKey instance_key = net::SigningKey::Make();
+  const net::Credentials issued = net::IssuePlayer("inst-7", PlayerNumber(3), net::Generation(1), instance_key);
+  const net::Seed seed = issued.key.seed();
+  v1::JoinInstanceResponse response;
+  response.set_player(3);
+  response.set_credential(std::string(issued.statement.begin(), issued.statement.end()));
+  response.set_credential_key(seed.data(), seed.size());
+  response.set_instance_key(issued.instance_key.data(), issued.instance_key.size());
+  *response.mutable_map() = ToProto(*MakeGridMap({0, 0, 100, 100}, 2));
+  for (const std::uint32_t region : {2U, 1U}) {
+    v1::RegionAddress& address = *response.add_regions();
+    address.set_region(region);
+    address.set_host("10.0.0.1");
+    address.set_game_port(20000 + region);
+    address.set_incarnation(region);
+  }
+  response.set_scene_hash(std::string(64, 'a'));
+  response.set_tick_rate_hz(60);
+  response.set_snapshot_rate_hz(30);
+  return response;
+}
+
+TEST(JoinPageTest, ABodySaysWhoJoinsWhat) {
+  const auto request = ReadJoinBody(R"({"ticket": "abc", "instance": "inst-7", "viewer": true})");
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->ticket(), "abc");
+  EXPECT_EQ(request->instance_id(), "inst-7");
+  EXPECT_TRUE(request->viewer());
+  EXPECT_EQ(ReadJoinBody(R"({"name": "Ann", "instance": "inst-7"})")->player_name(), "Ann");
+}
+
+TEST(JoinPageTest, ATicketForAnInstanceNamesIt) {
+  FakeBackend game{1};
+  trust::Ticket ticket = game.Make("ada", {});
+  ticket.instance = "inst-9";
+  const auto request = ReadJoinBody(R"({"ticket": ")" + game.Sign(ticket) + R"("})");
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->instance_id(), "inst-9");
+}
+
+TEST(JoinPageTest, ABadBodyNamesTheField) {
+  EXPECT_EQ(JoinBodyFault("["), "body: is not a JSON object");
+  EXPECT_EQ(JoinBodyFault("[]"), "body: is not a JSON object");
+  EXPECT_EQ(JoinBodyFault("{}"), "instance: missing");
+  EXPECT_EQ(JoinBodyFault(R"({"instance": 7})"), "instance: is not a text");
+  EXPECT_EQ(JoinBodyFault(R"({"instance": "inst-7", "viewer": 1})"), "viewer: is neither true nor false");
+  EXPECT_EQ(JoinBodyFault(R"({"instance": "inst-7", "tikcet": ""})"), "tikcet: is not a field of this request");
+  EXPECT_THAT(JoinBodyFault(R"({"ticket": ")" + std::string(2000, 'A') + R"("})"), HasSubstr("ticket: 2000 bytes"));
+  EXPECT_THAT(JoinBodyFault(R"({"grant": "?"})"), HasSubstr("grant: is not base64"));
+  EXPECT_THAT(JoinBodyFault(R"({"grant": "AAAA"})"), HasSubstr("grant: "));
+  EXPECT_THAT(JoinBodyFault(std::string(kMaxJoinBodyBytes + 1, ' ')), HasSubstr("body: more than"));
+  EXPECT_THAT(JoinBodyFault(std::string(kMaxJoinBodyBytes, '[')), HasSubstr("body: is not"));
+}
+
+TEST(JoinPageTest, AGrantIsReadBackAndComesBack) {
+  const PageAnswer answer = JoinAnswer("inst-7", JoinedOnTwoRegions());
+  ASSERT_EQ(answer.status, 200) << answer.body;
+  const auto json = nlohmann::json::parse(answer.body);
+  EXPECT_EQ(json["player"], 3);
+  EXPECT_EQ(json["instance"], "inst-7");
+  std::string bytes;
+  ASSERT_TRUE(absl::Base64Unescape(json["grant"].get<std::string>(), &bytes));
+  const auto grant = net::DecodeJoinGrant({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  ASSERT_TRUE(grant.ok()) << grant.status();
+  EXPECT_EQ(grant->player, PlayerNumber(3));
+  EXPECT_EQ(grant->regions[0].region, RegionId(1));
+  const std::string body = nlohmann::json{{"grant", json["grant"]}}.dump();
+  const auto back = ReadJoinBody(body);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->instance_id(), "inst-7");
+  EXPECT_FALSE(back->credential().empty());
+  const auto leave = ReadLeaveBody(body);
+  ASSERT_TRUE(leave.ok()) << leave.status();
+  EXPECT_EQ(leave->credential(), back->credential());
+  EXPECT_EQ(leave->credential_key(), back->credential_key());
+}
+
+TEST(JoinPageTest, AnAnswerThatNoClientCouldUseIsNoGrant) {
+  v1::JoinInstanceResponse response = JoinedOnTwoRegions();
+  response.mutable_regions()->RemoveLast();
+  EXPECT_EQ(JoinAnswer("inst-7", response).status, 500);
+}
+
+TEST(JoinPageTest, ErrorsHaveAStatusAndTheField) {
+  const auto of = [](const absl::Status& status) { return ErrorAnswer(status); };
+  EXPECT_EQ(of(absl::InvalidArgumentError("player_name: bad")).body, R"({"error":"player_name: bad","field":"name"})");
+  EXPECT_EQ(of(absl::NotFoundError("instance_id: no instance inst-7")).status, 404);
+  EXPECT_EQ(of(absl::UnauthenticatedError("ticket: forged")).status, 401);
+  EXPECT_EQ(of(absl::PermissionDeniedError("player: is banned: x")).status, 403);
+  EXPECT_EQ(of(absl::AbortedError("be nice")).body, R"({"error":"be nice"})");
+  EXPECT_EQ(of(absl::ResourceExhaustedError("full")).status, 503);
+  EXPECT_EQ(of(absl::InternalError("\xff")).body, R"({"error":"?"})");
+}
+
+}  // namespace
+}  // namespace tessera::control
