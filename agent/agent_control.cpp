@@ -75,6 +75,11 @@ void Agent::OnAdmitted(const v1::Admitted& admitted) {
     *message.mutable_inventory() = inventory;
     session_->Send(std::move(message));
   }
+  if (admitted.report_orders()) {
+    v1::AgentMessage message;
+    *message.mutable_held_orders() = supervisor_.HeldOrders();
+    session_->Send(std::move(message));
+  }
   Settle();
 }
 

@@ -472,6 +472,14 @@ std::vector<v1::WorkerReport> Supervisor::Reports() const {
   return reports;
 }
 
+v1::HeldOrders Supervisor::HeldOrders() const {
+  v1::HeldOrders held;
+  for (const auto& [key, worker] : workers_) {
+    if (worker.order && worker.stopping == Stopping::kNo) *held.add_orders() = *worker.order;
+  }
+  return held;
+}
+
 std::vector<v1::WorkerExited> Supervisor::Exits() const {
   std::vector<v1::WorkerExited> exits;
   for (const auto& [key, exited] : exits_) exits.push_back(exited);

@@ -23,11 +23,11 @@
 namespace tessera::cli {
 namespace {
 
-constexpr std::chrono::seconds kFetchTimeout{5};
+constexpr std::chrono::seconds kFetchTimeout{5}, kBackupTimeout{300};
 constexpr std::size_t kMaxTokenFileBytes = 1024;
 
 struct AccessOptions {
-  std::string name, role = "viewer", instances, address, token_file;
+  std::string name, role = "viewer", instances, address, token_file, file;
   double hours = 0;
 };
 
@@ -87,6 +87,26 @@ void ShowAuthority(const Globals& globals) {
   local::Connection connection = Connect(globals);
   const v1::GetAuthorityResponse authority = AuthorityOf(connection);
   std::cout << (globals.format == Format::kJson ? ToJson(authority) : authority.fingerprint() + "\n");
+}
+
+void Backup(const Globals& globals, const AccessOptions& options) {
+  local::Connection connection = Connect(globals);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kBackupTimeout);
+  const auto stream = connection.access().BackupCluster(&context, v1::BackupClusterRequest());
+  v1::BackupClusterResponse piece;
+  std::string bytes;
+  while (stream->Read(&piece)) bytes += piece.data();
+  connection.Check(stream->Finish(), "cluster backup");
+  // Readable for this user alone, and whole or not at all.
+  const absl::Status written = host::WriteFile(options.file, bytes, host::Durability::kSurvivesMachine);
+  if (!written.ok()) throw local::CommandError(std::string(written.message()));
+  v1::BackupClusterRequest nothing;
+  PrintChange(globals, "cluster", options.file, fmt::format("written, {} bytes", bytes.size()), false, nothing);
+  if (globals.format != Format::kTable) return;
+  std::cout
+      << "keep it secret, and seal.key of the control plane's state folder with it: a new control plane needs both\n"
+         "to begin from it: tessera-control --state-dir DIR --restore FILE\n";
 }
 
 // --- token
@@ -211,6 +231,10 @@ void AddAccessCommands(CLI::App& app, Globals& globals) {
       ->required();
   init->add_option("--name", options->name, "Name of the context and the token")->default_val("admin");
   init->callback([&globals, options] { Init(globals, *options); });
+  CLI::App* backup =
+      cluster->add_subcommand("backup", "Write all that the control plane stores to a file, while it runs");
+  backup->add_option("file", options->file, "Where to; what is there is replaced")->required();
+  backup->callback([&globals, options] { Backup(globals, *options); });
   cluster->add_subcommand("authority", "Print the fingerprint of the cluster's authority")->callback([&globals] {
     ShowAuthority(globals);
   });

@@ -109,6 +109,13 @@ void Describe(const Globals& globals, const HostOptions& options) {
   }
   std::cout << FormatTable({kHostHeader, HostRow(response.host())});
   if (!response.host().game_modules().empty()) std::cout << "\n" << ModuleTable(response.host());
+  if (!response.host().unknown_workers().empty()) {
+    std::vector<TableRow> unknown{{"UNKNOWN INSTANCE", "REGION"}};
+    for (const v1::WorkerIdentity& worker : response.host().unknown_workers()) {
+      unknown.push_back({worker.instance_id(), std::to_string(worker.region())});
+    }
+    std::cout << "\n" << FormatTable(unknown);
+  }
   if (response.workers().empty()) return;
   std::vector<TableRow> rows{{"INSTANCE", "REGION", "PID", "PHASE", "TICK", "OWNED", "MEMORY"}};
   for (const v1::WorkerReport& worker : response.workers()) {

@@ -25,6 +25,7 @@ constexpr std::array kMethods{
     Method{"/grpc.health.v1.Health/Watch", Need::kViewer, For::kInstances},
     Method{"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.AccessService/AddIssuer", Need::kAdministrator},
+    Method{"/tessera.v1.AccessService/BackupCluster", Need::kAdministrator},
     Method{"/tessera.v1.AccessService/CreateToken", Need::kAdministrator},
     Method{"/tessera.v1.AccessService/GetAuthority", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.AccessService/InitCluster", Need::kSocket},

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/backup.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/instance_plan.h"
 #include "control_plane/one_line.h"
@@ -106,6 +107,17 @@ void ControlPlane::Stop() {
     stream->wake.notify_all();
     stream->cancel();
   }
+}
+
+absl::Status ControlPlane::Backup(const std::function<absl::Status(std::string_view)>& sink) const {
+  return WriteBackup(store_, sink);
+}
+
+absl::Status ControlPlane::CheckRecovered() {
+  const bool recovering = Call([](Cluster& cluster, Now) { return cluster.state().recovering(); });
+  if (!recovering) return absl::OkStatus();
+  return absl::UnavailableError(
+      "the cluster was restored from a backup and takes up what runs; try again in a few seconds");
 }
 
 // --- Instances.

@@ -100,6 +100,11 @@ class ControlPlane {
   std::vector<std::chrono::nanoseconds> TakeFailovers();
 
   Revision store_revision() const { return store_.revision(); }
+
+  // All that is stored, as backup.h has it.
+  absl::Status Backup(const std::function<absl::Status(std::string_view)>& sink) const;
+  // UNAVAILABLE while it is being found out what runs, after a restore from a backup.
+  absl::Status CheckRecovered();
   // Ends all calls that wait, and every stream.
   void Stop();
 

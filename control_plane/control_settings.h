@@ -108,6 +108,9 @@ inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
 // For how long a region's reports must show the same tick before its world is said to stand still: longer than a worker
 // of a busy host misses, and than the regions wait for each other.
 inline constexpr std::chrono::milliseconds kStandsStillAfter{2000};
+// How long a control plane that begins from a backup waits for its hosts to say what they run: agents dial again within
+// seconds. A host that comes later finds what it runs declared dead, once its silence has been long enough for that.
+inline constexpr std::chrono::milliseconds kRecoverPatience{30'000};
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 

@@ -77,6 +77,8 @@ class Answerer {
     const Caller caller = CallerOf(*context);  // before the call, which may revoke its own token
     const auto begun = std::chrono::steady_clock::now();
     absl::Status status = subject.instance ? CheckInstance(caller, *subject.instance) : absl::OkStatus();
+    const bool changes = kind == CallKind::kCommand && !std::string_view(method).starts_with("AccessService/");
+    if (status.ok() && changes) status = plane_.CheckRecovered();
     if (status.ok()) status = call();
     const auto took = std::chrono::steady_clock::now() - begun;
     // How long somebody watched is no time to answer.
@@ -210,6 +212,12 @@ class AccessServiceImpl final : public v1::AccessService::Service, Answerer {
       response->set_certificate(authority_->signer.certificate);
       response->set_fingerprint(authority_->fingerprint);
       return absl::OkStatus();
+    });
+  }
+  grpc::Status BackupCluster(grpc::ServerContext* context, const v1::BackupClusterRequest*,
+                             grpc::ServerWriter<v1::BackupClusterResponse>* writer) override {
+    return Answer(context, "AccessService/BackupCluster", CallKind::kCommand, "", [&] {
+      return plane_.Backup([&](std::string_view bytes) { return SendPieces(std::string(bytes), *writer); });
     });
   }
   grpc::Status GetAuthority(grpc::ServerContext* context, const v1::GetAuthorityRequest*,

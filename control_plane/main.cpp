@@ -18,6 +18,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/authority.h"
+#include "control_plane/backup.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/control_metrics.h"
 #include "control_plane/control_plane.h"
@@ -43,6 +44,7 @@ struct ControlFlags {
   std::string metrics_listen = "127.0.0.1:7701";
   std::string state_dir;
   std::string ready_file;
+  std::string restore;
   std::string log_level;
   ControlSettings settings;
 };
@@ -145,6 +147,23 @@ absl::Status AnnounceReady(const ControlFlags& flags, const GrpcServer& grpc, co
   sd_notify(0, "READY=1");
   spdlog::info("ready socket={} grpc={} players={} players_https={} http={}", grpc.socket(), grpc.operators(),
                grpc.players(), https_address, http_address);
+  return absl::OkStatus();
+}
+
+// Fills the empty store from a backup, and says what it holds. The seal of the backup's control plane must be there, or
+// the doors that speak TLS could not be opened.
+absl::Status Restore(const ControlFlags& flags) {
+  const auto file = host::ReadFile(flags.restore, kMaxBackupBytes);
+  if (!file.ok()) return absl::UnavailableError("--restore: " + std::string(file.status().message()));
+  const auto store = OpenStore(flags.state_dir);
+  if (!store.ok()) return store.status();
+  const auto report = RestoreBackup(*file, **store);
+  if (!report.ok()) return report.status();
+  const std::string seal = flags.state_dir + "/seal.key";
+  std::printf(
+      "restored: hosts %zu, instances %zu\n%s", report->hosts, report->instances,
+      std::filesystem::exists(seal) ? "" : ("put " + seal + " of the control plane before this one there\n").c_str());
+  std::printf("now start tessera-control: it takes up what runs, and orders nothing before it knows\n");
   return absl::OkStatus();
 }
 
@@ -254,6 +273,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--state-dir", flags.state_dir, "folder of the store and checkpoints; made if it is not there")
       ->required();
+  app.add_option("--restore", flags.restore, "file of `tessera cluster backup`: fill the empty store from it, and end");
   app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
   control::AddSpan(app, "--lost-after", flags.settings.lost_after, control::kLeastLostAfter,
                    "seconds of silence after which a host counts as lost, at least 1");
@@ -270,6 +290,6 @@ int main(int argc, char** argv) {
     control::Fail(status);
     return 2;
   }
-  const absl::Status status = control::Run(flags);
+  const absl::Status status = flags.restore.empty() ? control::Run(flags) : control::Restore(flags);
   return status.ok() ? 0 : control::Fail(status);
 }

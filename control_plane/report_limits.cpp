@@ -146,6 +146,11 @@ absl::Status CheckMessage(const v1::AgentMessage& message) {
       checks.Name("identity", message.inventory().identity());
       return checks.status();
     }
+    case v1::AgentMessage::kHeldOrders: {
+      Checks checks("held_orders");
+      checks.Entries("orders", Size(message.held_orders().orders_size()), kMaxNamedWorkers);
+      return checks.status();
+    }
     case v1::AgentMessage::kLease: {
       Checks checks("lease");
       checks.Name("identity", message.lease().identity());

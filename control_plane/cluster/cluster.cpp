@@ -1,5 +1,6 @@
 #include "control_plane/cluster/cluster.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -65,10 +66,12 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       game_events_(*state_),
       game_messages_(*state_),
       reconciler_(*state_, {instances_, changes_, failovers_, checkpoints_, players_}),
-      desired_sets_(*state_, [this](const InstanceEntry& instance) {
-        return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance),
-                        game_messages_.Unanswered(instance), game_events_.StoredUpTo(instance)};
-      }) {
+      desired_sets_(*state_,
+                    [this](const InstanceEntry& instance) {
+                      return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance),
+                                      game_messages_.Unanswered(instance), game_events_.StoredUpTo(instance)};
+                    }),
+      recovery_(*state_, now) {
   for (HostEntry& host : state_->EachHost()) hosts_.Adopt(host, now);
   for (InstanceEntry& instance : state_->EachInstance()) Adopt(now, instance);
 }
@@ -122,6 +125,7 @@ void Cluster::NoteTime(Now now) {
 void Cluster::HandleTimer(Now now) {
   NoteTime(now);
   state_->ProbeStore(now);
+  if (recovery_.active()) return StepRecovery(now);
   for (HostEntry& host : state_->EachHost()) {
     if (!hosts_.Lost(host, now)) continue;
     InstanceNumbers touched;
@@ -167,6 +171,12 @@ absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& he
   auto admission = hosts_.Admit(hello, now);
   if (!admission.ok()) return admission;
   HostEntry& host = *state_->HostOf(admission->stream);
+  if (recovery_.active()) {
+    hosts_.Heard(host, now);
+    for (const v1::WorkerReport& report : hello.workers()) recovery_.NoteAlive(report.identity());
+    admission->admitted.set_report_orders(true);
+    return admission;
+  }
   NoteHeard(now, host);
   InstanceNumbers touched;
   TakeReports(now, host, hello.workers(), std::nullopt, touched);
@@ -180,6 +190,10 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
   if (host == nullptr) return absl::AbortedError("this stream was replaced by another one");
   if (absl::Status status = CheckMessage(message); !status.ok()) return status;
   NoteTime(now);
+  if (recovery_.active()) {
+    TakeWhileRecovering(*host, message, now);
+    return absl::OkStatus();
+  }
   NoteHeard(now, *host);
   InstanceNumbers touched;
   const InstanceEntry* awaits = nullptr;  // the instance whose failover waited for this
@@ -194,6 +208,10 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
     case v1::AgentMessage::kGameModules:
       return hosts_.NoteModules(*host, message.game_modules());
     case v1::AgentMessage::kExited:
+      if (IsUnknownWorker(*host, message.exited().identity())) {
+        ForgetUnknownWorker(*state_, *host, message.exited().identity());
+        break;
+      }
       NoteGameDeath(*host, message.exited(), touched);
       if (!reports_.TakeExit(*host, message.exited(), touched)) awaits = failovers_.NoteExit(*host, message.exited());
       break;
@@ -203,6 +221,8 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
     case v1::AgentMessage::kLease:
       failovers_.RenewLease(*host, message.lease(), now);
       break;
+    case v1::AgentMessage::kHeldOrders:
+      break;  // asked for by a control plane before this one
     case v1::AgentMessage::kHello:
       return absl::InvalidArgumentError("hello: only as the first message of a stream");
     case v1::AgentMessage::KIND_NOT_SET:
@@ -211,6 +231,29 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
   if (awaits != nullptr) touched.insert(awaits->number);
   reconciler_.Reconcile(now, touched);
   return absl::OkStatus();
+}
+
+void Cluster::TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage& message, Now now) {
+  hosts_.Heard(*state_->FindHost(host.record.id()), now);
+  switch (message.kind_case()) {
+    case v1::AgentMessage::kHeldOrders:
+      recovery_.TakeOrders(host, message.held_orders());
+      return StepRecovery(now);
+    case v1::AgentMessage::kExited:
+      return recovery_.NoteAlive(message.exited().identity());
+    case v1::AgentMessage::kLease:
+      return failovers_.RenewLease(host, message.lease(), now);
+    default:
+      return;  // the next heartbeat says it again
+  }
+}
+
+void Cluster::StepRecovery(Now now) {
+  if (!recovery_.Step(now)) return;
+  for (InstanceEntry& instance : state_->EachInstance()) Adopt(now, instance);
+  for (InstanceEntry& instance : state_->EachInstance()) {
+    if (!IsFinal(instance.record.state())) reconciler_.Reconcile(now, instance);
+  }
 }
 
 // Before the exit itself is acted on: that may end in a failover or a restore, and both go on from the record.
@@ -287,7 +330,7 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
 
 absl::StatusOr<v1::Instance> Cluster::DeleteInstance(Now now, const v1::DeleteInstanceRequest& request) {
   InstanceEntry* instance = state_->FindInstance(request.id());
-  if (instance == nullptr) return NoInstance("id", request.id());
+  if (instance == nullptr) return DeleteUnknown(request);
   if (request.validate_only()) return ViewOf(*state_, *instance);
   if (const auto next = Instances::NextStopped(*instance)) {
     if (absl::Status status = reconciler_.Enter(now, *instance, *next); !status.ok()) return status;
@@ -296,6 +339,24 @@ absl::StatusOr<v1::Instance> Cluster::DeleteInstance(Now now, const v1::DeleteIn
     if (absl::Status status = checkpoints_.Drop(*instance); !status.ok()) return status;
   }
   return ViewOf(*state_, *instance);
+}
+
+// A world that runs on, of which a restored store has no record: its workers alone are known.
+absl::StatusOr<v1::Instance> Cluster::DeleteUnknown(const v1::DeleteInstanceRequest& request) {
+  v1::Instance view;
+  view.set_id(request.id());
+  view.set_state(v1::INSTANCE_STATE_STOPPING);
+  view.set_reason("it is not known to this control plane; its workers end");
+  const auto& hosts = state_->hosts();
+  const bool runs = std::any_of(hosts.begin(), hosts.end(), [&request](const auto& host) {
+    const auto& unknown = host.second.record.unknown_workers();
+    return std::any_of(unknown.begin(), unknown.end(),
+                       [&request](const v1::WorkerOrder& order) { return order.instance_id() == request.id(); });
+  });
+  if (!runs) return NoInstance("id", request.id());
+  if (request.validate_only()) return view;
+  if (const auto forgotten = ForgetUnknown(*state_, request.id()); !forgotten.ok()) return forgotten.status();
+  return view;
 }
 
 absl::StatusOr<v1::Instance> Cluster::ScaleInstance(Now now, const v1::ScaleInstanceRequest& request) {

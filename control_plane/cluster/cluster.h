@@ -39,6 +39,7 @@
 #include "control_plane/cluster/planned_changes.h"
 #include "control_plane/cluster/property_changes.h"
 #include "control_plane/cluster/reconciler.h"
+#include "control_plane/cluster/recovery.h"
 #include "control_plane/cluster/tickets.h"
 #include "control_plane/cluster/worker_reports.h"
 #include "control_plane/control_settings.h"
@@ -158,6 +159,10 @@ class Cluster {
   absl::Status LoadParts(Now now);
   absl::Status GiveSeeds();
   void Adopt(Now now, InstanceEntry& instance);
+  absl::StatusOr<v1::Instance> DeleteUnknown(const v1::DeleteInstanceRequest& request);
+  // What comes before it is known what runs.
+  void TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage& message, Now now);
+  void StepRecovery(Now now);
   void Forget(std::uint64_t number);
   void NoteTime(Now now);
   void NoteGameDeath(const HostEntry& host, const v1::WorkerExited& exited, InstanceNumbers& touched);
@@ -188,6 +193,7 @@ class Cluster {
   GameMessages game_messages_;
   Reconciler reconciler_;
   DesiredSets desired_sets_;
+  Recovery recovery_;
 };
 
 }  // namespace tessera::control

@@ -155,6 +155,16 @@ absl::StatusOr<Revision> ClusterState::WriteCounters() {
   return WriteOne(PutOp(kCountersKey, counters_.record.SerializeAsString(), counters_.revision));
 }
 
+absl::Status ClusterState::EndRecovery() {
+  records::Counters next = counters_.record;
+  next.set_recovering(false);
+  const auto written = WriteOne(PutOp(kCountersKey, next.SerializeAsString(), counters_.revision));
+  if (!written.ok()) return NotWritten(written.status());
+  counters_.record = next;
+  counters_.revision = *written;
+  return absl::OkStatus();
+}
+
 void ClusterState::ProbeStore(Now now) {
   if (store_trouble_.empty()) return;
   if (probe_at_ == Steady(0)) probe_at_ = now.steady + kProbeAfter;

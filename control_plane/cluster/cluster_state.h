@@ -163,6 +163,10 @@ class ClusterState {
   // An instance that had ended needs its scene and game again. `contents` has all that it uses.
   absl::Status ReuseContents(const records::Instance& record, const Contents& contents);
 
+  // --- A store that was made of a backup: see recovery.h. False once what runs was taken up.
+  bool recovering() const { return counters_.record.recovering(); }
+  absl::Status EndRecovery();
+
   // --- What parts store under keys of their own. UNAVAILABLE: as above.
   absl::StatusOr<Revision> WriteStored(std::span<const StoreOp> ops);
   absl::StatusOr<std::vector<StoreEntry>> ListStored(std::string_view prefix) const { return store_.List(prefix); }

@@ -20,7 +20,7 @@ bool HeldBack(const ClusterState& state, const HostEntry& host) {
 
 std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
   HostEntry* host = state_.HostOf(stream);
-  if (host == nullptr || !host->desired_changed || HeldBack(state_, *host)) return std::nullopt;
+  if (host == nullptr || !host->desired_changed || state_.recovering() || HeldBack(state_, *host)) return std::nullopt;
   host->desired_changed = false;
   v1::DesiredSet desired;
   desired.set_revision(state_.NextRevision());
@@ -40,6 +40,8 @@ std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
     }
     *desired.add_workers() = worker.order;
   }
+  // Whatever is not in the set is ended.
+  for (const v1::WorkerOrder& unknown : host->record.unknown_workers()) *desired.add_workers() = unknown;
   return desired;
 }
 

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "control_plane/cluster/liveness.h"
+#include "control_plane/cluster/recovery.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
 #include "control_plane/standbys.h"
@@ -165,8 +166,10 @@ std::optional<records::Instance> Failovers::NextProtected(const InstanceEntry& i
 // The lease is counted from here on by the control plane, and from when it was asked for by the worker: it stops first.
 void Failovers::RenewLease(const HostEntry& host, const v1::LeaseRequest& request, Now now) {
   const auto [instance, worker] = FindWorker(state_, host, request.identity());
-  if (instance == nullptr || worker->gone || !WantsWorkers(instance->record.state())) return;
-  worker->leased_at = now.steady;
+  // Nobody knows yet, or ever, what else the worker should do than go on.
+  const bool goes_on = state_.recovering() || IsUnknownWorker(host, request.identity());
+  if (!goes_on && (instance == nullptr || worker->gone || !WantsWorkers(instance->record.state()))) return;
+  if (worker != nullptr) worker->leased_at = now.steady;
   v1::LeaseRenewal renewal;
   *renewal.mutable_identity() = request.identity();
   renewal.set_number(request.number());

@@ -310,6 +310,12 @@ v1::Host ViewOf(const HostEntry& host) {
   view.set_metrics_port(host.record.metrics_port());
   view.set_max_regions(MaxRegionsOf(host));
   *view.mutable_game_modules() = host.record.game_modules().modules();
+  for (const v1::WorkerOrder& unknown : host.record.unknown_workers()) {
+    v1::WorkerIdentity& identity = *view.add_unknown_workers();
+    identity.set_instance_id(unknown.instance_id());
+    identity.set_region(unknown.region());
+    identity.set_incarnation(unknown.incarnation());
+  }
   return view;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "control_plane/backup.h"
 #include "core/world/limits.h"
 
 namespace tessera::control {
@@ -9,6 +10,26 @@ namespace tessera::control {
 void ClusterHarness::Restart() {
   cluster_.reset();
   for (auto& [name, agent] : agents) agent.stream = 0;
+  Load();
+}
+
+std::string ClusterHarness::Backup() const {
+  std::string file;
+  const absl::Status status = WriteBackup(store, [&file](std::string_view bytes) {
+    file.append(bytes);
+    return absl::OkStatus();
+  });
+  EXPECT_TRUE(status.ok()) << status;
+  return file;
+}
+
+void ClusterHarness::BeginFrom(const std::string& backup) {
+  cluster_.reset();
+  for (auto& [name, agent] : agents) agent.stream = 0;
+  std::vector<StoreOp> all;
+  for (const StoreEntry& entry : *store.List("")) all.push_back(DeleteOp(entry.key, entry.revision));
+  ASSERT_TRUE(store.Txn(all).ok());
+  ASSERT_TRUE(RestoreBackup(backup, store).ok());
   Load();
 }
 
@@ -53,6 +74,11 @@ void ClusterHarness::Attach(FakeHost& agent) {
   ASSERT_TRUE(admission.ok()) << admission.status();
   agent.stream = admission->stream;
   for (const v1::AgentMessage& message : agent.fake.Inventories()) Send(agent, message);
+  if (!admission->admitted.report_orders()) return;
+  v1::AgentMessage held;
+  held.mutable_held_orders();
+  for (const auto& [key, worker] : agent.fake.workers) *held.mutable_held_orders()->add_orders() = worker.order;
+  Send(agent, held);
 }
 
 void ClusterHarness::Send(FakeHost& agent, const v1::AgentMessage& message) {

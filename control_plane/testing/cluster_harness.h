@@ -31,6 +31,9 @@ class ClusterHarness {
 
   // As if the process had been killed: only the store is left. Agents attach again when pumped.
   void Restart();
+  // As if the machine of the control plane had been lost, and another begun from this backup.
+  std::string Backup() const;
+  void BeginFrom(const std::string& backup);
   // The cluster; it dies first if `calls_until_death` says so.
   Cluster& cluster();
 

@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -167,6 +169,72 @@ TEST_F(TrustTest, AWorldThatIsMadeByTlsTakesNoGuestsAndIssuersAreAnAdministrator
   EXPECT_THAT(Tessera({"--context", "oscar", "issuer", "list"}).err, HasSubstr("PERMISSION_DENIED"));
   EXPECT_EQ(Tessera({"issuer", "remove", "game"}).exit_code, 0);
   EXPECT_THAT(*host::ReadFile(ControlLog(), kMaxFileBytes), HasSubstr("AccessService/RemoveIssuer who=token/admin"));
+}
+
+// The machine of the control plane is lost with its store, and a backup from before everything that happened since is
+// all that there is: what runs is taken up as it runs.
+TEST_F(TrustTest, AnotherControlPlaneBeginsFromAnOldBackupUnderRunningWorlds) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  const auto create = [](const std::string& regions) {
+    const support::RunResult made = Tessera({"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies",
+                                             "50", "--regions", regions, "--guests", "on", "--wait"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  };
+  create("1");
+  const std::string backup = folder_.path() + "/cluster.tessera";
+  const support::RunResult written = Tessera({"cluster", "backup", backup});
+  ASSERT_EQ(written.exit_code, 0) << written.err;
+  const support::RunResult scaled = Tessera({"instance", "scale", "inst-1", "--regions", "2", "--wait"});
+  ASSERT_EQ(scaled.exit_code, 0) << scaled.err;
+  const auto ada = local::Bot::Join(players_ + "#" + fingerprint_, "inst-1", "ada", 7);
+  ASSERT_TRUE(ada.ok()) << ada.status();
+  create("1");  // inst-2, of which the backup knows nothing
+  const auto workers = [] {
+    std::map<std::string, std::int64_t> pids;
+    const support::RunResult shown = Tessera({"-o", "json", "host", "describe", "alpha"});
+    EXPECT_EQ(shown.exit_code, 0) << shown.err;
+    for (const nlohmann::json& worker : nlohmann::json::parse(shown.out)["workers"]) {
+      const nlohmann::json& identity = worker["identity"];
+      if (identity["instanceId"] != "inst-1") continue;
+      pids[identity["region"].dump()] = std::stoll(identity["pid"].get<std::string>());
+    }
+    return pids;
+  };
+  const auto before = workers();
+  ASSERT_EQ(before.size(), 2u);
+
+  control_->Signal(SIGKILL);
+  ASSERT_TRUE(control_->Wait(kPatience).has_value());
+  const std::string state = folder_.path() + "/control", seal = folder_.path() + "/seal.key";
+  std::filesystem::copy_file(state + "/seal.key", seal);
+  std::filesystem::remove_all(state);
+  std::filesystem::create_directory(state);
+  std::filesystem::copy_file(seal, state + "/seal.key");
+  const support::RunResult restored =
+      support::RunProgram("tessera-control", {"--state-dir", state, "--restore", backup});
+  ASSERT_EQ(restored.exit_code, 0) << restored.err;
+  EXPECT_THAT(restored.out, HasSubstr("hosts 1, instances 1"));
+  EXPECT_THAT(support::RunProgram("tessera-control", {"--state-dir", state, "--restore", backup}).err,
+              HasSubstr("holds a cluster already"));
+  StartControl(operators_, players_);
+
+  // Commands are refused until what runs is taken up.
+  support::RunResult joined = Tessera({"instance", "checkpoint", "inst-1"});
+  const auto patience_ends = std::chrono::steady_clock::now() + kPatience;
+  while (joined.exit_code != 0 && std::chrono::steady_clock::now() < patience_ends) {
+    joined = Tessera({"instance", "checkpoint", "inst-1"});
+  }
+  ASSERT_EQ(joined.exit_code, 0) << joined.err;
+  EXPECT_EQ(workers(), before) << "no worker was ended or started";
+  EXPECT_THAT(Tessera({"instance", "describe", "inst-1"}).out,
+              ::testing::AllOf(HasSubstr("RUNNING"), HasSubstr("taken up as it runs"), HasSubstr("ada")));
+  const auto bob = local::Bot::Join(players_ + "#" + fingerprint_, "inst-1", "bob", 8);
+  ASSERT_TRUE(bob.ok()) << bob.status();
+  EXPECT_GT((*bob)->client().player(), (*ada)->client().player());
+  EXPECT_THAT(Tessera({"host", "describe", "alpha"}).out,
+              ::testing::AllOf(HasSubstr("UNKNOWN INSTANCE"), HasSubstr("inst-2")));
+  EXPECT_EQ(Tessera({"instance", "delete", "inst-2"}).exit_code, 0);
+  EXPECT_THAT(Tessera({"host", "describe", "alpha"}).out, Not(HasSubstr("UNKNOWN INSTANCE")));
 }
 
 TEST_F(TrustTest, EachRoleDoesItsPart) {

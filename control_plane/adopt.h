@@ -1,0 +1,32 @@
+// Adopt: the record of a world as its hosts know it, where the one that is stored may be old.
+//
+// After a restore from a backup the orders that hosts hold are the truth: they name the map in force, who runs which
+// region, and the players. What no order says stays as the old record has it. Pure.
+//
+// Thread rule: free functions on values.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+
+#include "control_plane/control_records.pb.h"
+#include "tessera/v1/worker_link.pb.h"
+
+namespace tessera::control {
+
+struct HeldOrder {
+  std::string host_id;
+  v1::WorkerOrder order;
+};
+
+// The host that advertises an address; empty: none does.
+using HostOfAddress = std::function<std::string(const std::string& address)>;
+
+// `orders` are all of this instance, at least one. Regions that no order runs are placed where the orders say that they
+// run, by their addresses; those of which nobody knows more are placed anew on their old host, where they will be found
+// missing and be carried on. Numbers of the old record never go down.
+records::Instance AdoptOrders(const records::Instance& old, std::span<const HeldOrder> orders,
+                              const HostOfAddress& host_at);
+
+}  // namespace tessera::control

@@ -1,0 +1,49 @@
+// Backup: all that a store holds at one moment, as one file, and a store made of it.
+//
+//   WriteBackup(store, [&](std::string_view piece) { return Send(piece); });
+//   RestoreBackup(bytes, empty_store);       // everything or nothing
+//
+// The file: "tessera backup 1\n"; for each key, in their order, the length of the key and of the value, 4 bytes each,
+// the lowest first, then both; 8 bytes 0xff; the SHA-256 of all before it, 64 hexadecimal digits. The key of the
+// cluster's authority is in it as the store has it, encrypted under seal.key, which is not.
+//
+// A backup may be old. So that nothing is given twice that was given after it was made, a store that is made of one
+// counts on from far above (kRestoreJump), and is marked as recovering: its control plane takes up what runs from the
+// hosts before it orders anything (cluster/recovery.h).
+//
+// Thread rule: free functions on values.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "control_plane/control_records.pb.h"
+#include "control_plane/store.h"
+
+namespace tessera::control {
+
+// By so much lives, incarnations, maps, players and ids are higher after a restore than the backup has them: more than
+// anybody makes between two backups, and few enough that 32 bits take hundreds of restores.
+inline constexpr std::uint64_t kRestoreJump = 1'000'000;
+// A file beyond it is not read: the store of a large cluster has some hundred megabytes.
+inline constexpr std::size_t kMaxBackupBytes = std::size_t{4} << 30;
+
+// `sink` takes the next bytes; an error of it ends the backup. UNAVAILABLE: the store cannot be read.
+absl::Status WriteBackup(const Store& store, const std::function<absl::Status(std::string_view)>& sink);
+
+struct RestoreReport {
+  std::size_t hosts = 0, instances = 0;
+};
+// DATA_LOSS: the file is damaged or cut short, or has a record that cannot be read, which is named;
+// INVALID_ARGUMENT: it is no backup, or of a newer version; FAILED_PRECONDITION: the store is not empty. Nothing was
+// written then.
+absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store);
+
+// The record with its numbers above all that may have been given since.
+void Raise(records::Counters& counters);
+void Raise(records::Instance& record);
+
+}  // namespace tessera::control

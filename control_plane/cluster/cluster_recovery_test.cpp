@@ -1,0 +1,193 @@
+// A control plane that begins from a backup while its worlds run, under a virtual clock: what runs is taken up as it
+// runs, whatever happened since the backup was made.
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <map>
+#include <string>
+
+#include "control_plane/backup.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/testing/cluster_harness.h"
+
+namespace tessera::control {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+std::map<std::string, std::size_t> StartsOf(const ClusterHarness& harness) {
+  std::map<std::string, std::size_t> starts;
+  for (const auto& [name, agent] : harness.agents) starts[name] = agent.fake.starts.size();
+  return starts;
+}
+
+void Delete(ClusterHarness& harness, const std::string& id) {
+  v1::DeleteInstanceRequest request;
+  request.set_id(id);
+  ASSERT_TRUE(harness.cluster().DeleteInstance(harness.now, request).ok());
+  harness.Run(seconds(2));
+}
+
+class RecoveryTest : public ::testing::Test {
+ protected:
+  RecoveryTest() {
+    harness_.AddHost("alpha", 16);
+    harness_.AddHost("beta", 16);
+  }
+
+  ClusterHarness harness_;
+};
+
+TEST_F(RecoveryTest, NothingThatRunsIsTouchedWhereNothingHappenedSince) {
+  const std::string id = Start(harness_, 4);
+  const std::string backup = harness_.Backup();
+  const auto starts = StartsOf(harness_);
+  const std::string map = harness_.Get(id).map().SerializeAsString();
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(5));
+  EXPECT_FALSE(harness_.cluster().state().recovering());
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(harness_.Get(id).map().SerializeAsString(), map);
+  EXPECT_EQ(StartsOf(harness_), starts) << "no worker was started";
+  EXPECT_EQ(harness_.Workers(), 4u) << "and none was ended";
+  EXPECT_EQ(harness_.Get(id).failovers(), 0u);
+  EXPECT_THAT(harness_.Get(id).events().rbegin()->text(), HasSubstr("taken up as it runs"));
+}
+
+TEST_F(RecoveryTest, AWorldThatWasScaledAndJoinedSinceIsTakenUpAsItRuns) {
+  const std::string id = Start(harness_, 2);
+  const std::string backup = harness_.Backup();
+  v1::ScaleInstanceRequest scale;
+  scale.set_id(id);
+  scale.set_regions(4);
+  ASSERT_TRUE(harness_.cluster().ScaleInstance(harness_.now, scale).ok());
+  harness_.Run(seconds(20));
+  ASSERT_EQ(harness_.Get(id).map().regions_size(), 4);
+  const auto ann = harness_.cluster().Join(harness_.now, JoinRequest(id, "ann"));
+  ASSERT_TRUE(ann.ok()) << ann.status();
+  harness_.Run(seconds(1));
+  const auto starts = StartsOf(harness_);
+  const std::string map = harness_.Get(id).map().SerializeAsString();
+
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(5));
+  const v1::Instance world = harness_.Get(id);
+  EXPECT_EQ(world.state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(world.map().SerializeAsString(), map) << "not set back to two regions";
+  EXPECT_EQ(StartsOf(harness_), starts);
+  ExpectEachBodyOnce(harness_, 2);
+  ASSERT_EQ(world.player_list_size(), 1);
+  EXPECT_EQ(world.player_list(0).name(), "ann");
+  const auto bob = harness_.cluster().Join(harness_.now, JoinRequest(id, "bob"));
+  ASSERT_TRUE(bob.ok()) << bob.status();
+  EXPECT_GT(bob->response.player(), ann->response.player()) << "a number is given once";
+
+  // It goes on being managed: a region that dies is carried on, and the world can be scaled.
+  FakeHost& host = harness_.AgentOf(id, world.map().regions(0).id());
+  harness_.Send(host, host.fake.Kill({id, world.map().regions(0).id()}, 9));
+  harness_.Run(seconds(10));
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(harness_.Get(id).failovers(), 1u);
+  ExpectEachBodyOnce(harness_, 2);
+  ExpectNoIncarnationTwice(harness_);
+}
+
+TEST_F(RecoveryTest, WhatEndedSinceIsNotBegunAgain) {
+  const std::string gone = Start(harness_, 2), stays = Start(harness_, 2);
+  const std::string backup = harness_.Backup();
+  Delete(harness_, gone);
+  const auto starts = StartsOf(harness_);
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(5));
+  EXPECT_EQ(harness_.Get(gone).state(), v1::INSTANCE_STATE_ENDED);
+  EXPECT_THAT(harness_.Get(gone).reason(), HasSubstr("ran on none of its hosts"));
+  EXPECT_EQ(harness_.Get(stays).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(StartsOf(harness_), starts);
+}
+
+TEST_F(RecoveryTest, AWorldThatWasMadeSinceRunsOnUnknownUntilSomebodyEndsIt) {
+  const std::string backup = harness_.Backup();
+  const std::string unknown = Start(harness_, 3);
+  const auto starts = StartsOf(harness_);
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(5));
+  EXPECT_EQ(harness_.Workers(), 3u) << "none was ended";
+  EXPECT_EQ(StartsOf(harness_), starts);
+  EXPECT_FALSE(GetInstance(harness_.cluster().state(), unknown).ok());
+  int told = 0;
+  for (const auto& [number, host] : harness_.cluster().state().hosts()) told += host.record.unknown_workers_size();
+  EXPECT_EQ(told, 3);
+
+  harness_.Restart();
+  harness_.Run(seconds(2));
+  EXPECT_EQ(harness_.Workers(), 3u) << "nor by the next control plane";
+  EXPECT_NE(Start(harness_, 1), unknown) << "its id is not given again";
+  EXPECT_EQ(harness_.Workers(), 4u);
+  Delete(harness_, unknown);
+  EXPECT_EQ(harness_.Workers(), 1u);
+}
+
+TEST_F(RecoveryTest, AFailoverThatWasUnderWayIsCarriedOut) {
+  const std::string id = Start(harness_, 4);
+  const std::string backup = harness_.Backup();
+  const std::uint32_t dead = harness_.Get(id).map().regions(1).id();
+  FakeHost& host = harness_.AgentOf(id, dead);
+  for (auto& [name, agent] : harness_.agents) agent.fake.mute = true;  // no inventories: it does not come to its end
+  harness_.Send(host, host.fake.Kill({id, dead}, 9));
+  harness_.Pump();
+  ASSERT_TRUE(harness_.cluster().state().FindInstance(id)->record.has_failover());
+
+  harness_.BeginFrom(backup);
+  for (auto& [name, agent] : harness_.agents) agent.fake.mute = false;
+  harness_.Run(seconds(10));
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  ExpectEachBodyOnce(harness_, 4);
+  ExpectNoIncarnationTwice(harness_);
+}
+
+TEST_F(RecoveryTest, AHostThatDoesNotComeIsWaitedForAndThenSilentLikeAnyOther) {
+  const std::string id = Start(harness_, 4);
+  const std::string backup = harness_.Backup();
+  harness_.agents.at("beta").silent = true;
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(10));
+  EXPECT_TRUE(harness_.cluster().state().recovering());
+  EXPECT_EQ(harness_.Get(id).failovers(), 0u) << "nobody is declared dead meanwhile";
+  harness_.Run(kRecoverPatience);
+  EXPECT_FALSE(harness_.cluster().state().recovering());
+  harness_.Run(seconds(20));
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness_.Get(id).reason();
+  EXPECT_EQ(harness_.Get(id).failovers(), 1u);
+}
+
+TEST_F(RecoveryTest, ItGoesOnFromTheBeginningWhenTheControlPlaneDiesMeanwhile) {
+  const std::string id = Start(harness_, 4);
+  const std::string backup = harness_.Backup();
+  const auto starts = StartsOf(harness_);
+  harness_.agents.at("beta").silent = true;
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(1));
+  harness_.Restart();
+  harness_.agents.at("beta").silent = false;
+  harness_.Run(seconds(5));
+  EXPECT_FALSE(harness_.cluster().state().recovering());
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(StartsOf(harness_), starts);
+}
+
+TEST_F(RecoveryTest, ItEndsOnceWhatItFoundCanBeStored) {
+  const std::string id = Start(harness_, 2);
+  const std::string backup = harness_.Backup();
+  harness_.BeginFrom(backup);
+  harness_.store.FailNext(3);
+  harness_.Run(milliseconds(250));
+  EXPECT_TRUE(harness_.cluster().state().recovering());
+  harness_.Run(seconds(5));
+  EXPECT_FALSE(harness_.cluster().state().recovering());
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+}
+
+}  // namespace
+}  // namespace tessera::control

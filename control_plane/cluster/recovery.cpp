@@ -1,0 +1,182 @@
+#include "control_plane/cluster/recovery.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/instance_record.h"
+#include "control_plane/life.h"
+#include "control_plane/stored_records.h"
+#include "core/world/partition_io.h"
+
+namespace tessera::control {
+namespace {
+
+bool IsOf(const v1::WorkerOrder& order, const v1::WorkerIdentity& identity) {
+  return order.instance_id() == identity.instance_id() && order.region() == identity.region() &&
+         order.incarnation() == identity.incarnation();
+}
+
+// A host can say what it likes; this much shows that the order was once given.
+bool IsBelievable(const InstanceEntry& instance, const v1::WorkerOrder& order) {
+  const net::VerificationKey& key = instance.key.verification_key();
+  const std::string expected(key.begin(), key.end());
+  return order.instance_key() == expected && FromProto(order.map()).ok() && order.incarnation() != 0 &&
+         (!order.has_planned() || FromProto(order.planned().map()).ok());
+}
+
+// Drops the unknown workers that `gone` names. False: there were none.
+template <class Gone>
+absl::StatusOr<bool> Forget(ClusterState& state, HostEntry& host, const Gone& gone) {
+  records::Host next = host.record;
+  auto& unknown = *next.mutable_unknown_workers();
+  const auto kept = std::remove_if(unknown.begin(), unknown.end(), gone);
+  if (kept == unknown.end()) return false;
+  unknown.erase(kept, unknown.end());
+  if (absl::Status status = state.StoreHost(host, next); !status.ok()) return status;
+  state.MarkDesired(host);
+  return true;
+}
+
+}  // namespace
+
+Recovery::Recovery(ClusterState& state, Now now) : state_(state), begun_(now.steady) {
+  if (active()) state_.Log("the store comes from a backup: waiting for the hosts to say what runs", Severity::kWarning);
+}
+
+void Recovery::TakeOrders(const HostEntry& host, const v1::HeldOrders& held) {
+  held_[host.number] = {held.orders().begin(), held.orders().end()};
+  state_.Log(absl::StrCat("orders taken up host=", host.record.name(), " workers=", held.orders_size()));
+}
+
+bool Recovery::Due(Now now) const {
+  if (now.steady - begun_ >= kRecoverPatience) return true;
+  return std::all_of(state_.hosts().begin(), state_.hosts().end(), [this](const auto& numbered) {
+    // One that was never admitted runs nothing.
+    return numbered.second.record.secret_hash().empty() || held_.contains(numbered.first);
+  });
+}
+
+bool Recovery::AllHostsAnswered(const records::Instance& record) const {
+  return std::all_of(record.placements().begin(), record.placements().end(), [this](const auto& placement) {
+    const HostEntry* host = state_.FindHost(placement.host_id());
+    return host == nullptr || held_.contains(host->number);
+  });
+}
+
+bool Recovery::Step(Now now) {
+  if (!active() || !Due(now)) return false;
+  std::map<std::uint64_t, std::vector<HeldOrder>> orders;  // by the number of the instance
+  for (const auto& [number, held] : held_) {
+    const HostEntry& host = state_.hosts().at(number);
+    for (const v1::WorkerOrder& order : held) {
+      const InstanceEntry* instance = state_.FindInstance(order.instance_id());
+      if (instance == nullptr || IsFinal(instance->record.state()) || !IsBelievable(*instance, order)) continue;
+      orders[instance->number].push_back({host.record.id(), order});
+    }
+  }
+  absl::Status status = KeepUnknown();
+  for (InstanceEntry& instance : state_.EachInstance()) {
+    if (!status.ok()) break;
+    if (IsFinal(instance.record.state())) continue;
+    const auto found = orders.find(instance.number);
+    status = found == orders.end() ? EndUnlessItRuns(instance, now) : TakeUp(instance, found->second, now);
+  }
+  if (status.ok()) status = state_.EndRecovery();
+  if (!status.ok()) {  // what was stored stays, and is found again as it is
+    const std::string why(status.message());
+    if (std::exchange(trouble_, why) != why) state_.Log("what runs cannot be taken up: " + why, Severity::kError);
+    return false;
+  }
+  state_.Log(absl::StrCat("what runs is taken up hosts=", held_.size(), " of ", state_.hosts().size()));
+  held_.clear();
+  for (HostEntry& host : state_.EachHost()) state_.MarkDesired(host);
+  return true;
+}
+
+absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now) {
+  const auto host_at = [this](const std::string& address) {
+    std::string found;
+    for (const auto& [number, host] : state_.hosts()) {
+      if (host.record.advertise_address() != address) continue;
+      if (!found.empty()) return std::string();  // any of several
+      found = host.record.id();
+    }
+    return found;
+  };
+  records::Instance next = AdoptOrders(instance.record, orders, host_at);
+  // A game that came after the backup cannot be given to a new worker.
+  std::string lacks;
+  for (const std::string& key : ContentKeys(next)) {
+    if (!state_.ContentInUse(key)) lacks = "; its game came after the backup: set it again (tessera instance set-game)";
+  }
+  if (!lacks.empty()) {
+    next.set_game_hash(instance.record.game_hash());
+    next.set_game_name(instance.record.game_name());
+    next.set_game_native(instance.record.game_native());
+  }
+  AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
+  return state_.StoreInstance(instance, next);
+}
+
+absl::Status Recovery::EndUnlessItRuns(InstanceEntry& instance, Now now) {
+  const v1::InstanceState state = instance.record.state();
+  if (state == v1::INSTANCE_STATE_PENDING || alive_.contains(instance.record.id())) return absl::OkStatus();
+  if (!AllHostsAnswered(instance.record)) return absl::OkStatus();
+  records::Instance next = instance.record;
+  next.set_state(v1::INSTANCE_STATE_ENDED);
+  next.set_reason("ran on none of its hosts when the cluster was restored from a backup");
+  *next.mutable_end_time() = ToTimestamp(now.unix_time);
+  AddEvent(next, now, next.reason());
+  state_.Log(absl::StrCat("instance not taken up id=", next.id(), ": ", next.reason()), Severity::kWarning);
+  if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) return status;
+  for (WorkerEntry& worker : instance.workers) state_.SetGone(instance, worker, "");
+  return absl::OkStatus();
+}
+
+absl::Status Recovery::KeepUnknown() {
+  for (HostEntry& host : state_.EachHost()) {
+    const auto held = held_.find(host.number);
+    if (held == held_.end()) continue;
+    records::Host next = host.record;
+    next.clear_unknown_workers();
+    for (const v1::WorkerOrder& order : held->second) {
+      const InstanceEntry* instance = state_.FindInstance(order.instance_id());
+      if (instance != nullptr && !IsFinal(instance->record.state())) continue;
+      *next.add_unknown_workers() = order;
+      state_.Log(absl::StrCat("worker of an unknown world left as it is host=", host.record.name(),
+                              " instance=", order.instance_id(), " region=", order.region()),
+                 Severity::kWarning);
+    }
+    if (next.SerializeAsString() == host.record.SerializeAsString()) continue;
+    if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+// --- Workers of worlds that nobody knows.
+
+bool IsUnknownWorker(const HostEntry& host, const v1::WorkerIdentity& identity) {
+  const auto& unknown = host.record.unknown_workers();
+  return std::any_of(unknown.begin(), unknown.end(),
+                     [&identity](const v1::WorkerOrder& order) { return IsOf(order, identity); });
+}
+
+absl::StatusOr<bool> ForgetUnknown(ClusterState& state, const std::string& instance_id) {
+  bool any = false;
+  for (HostEntry& host : state.EachHost()) {
+    const auto forgotten =
+        Forget(state, host, [&](const v1::WorkerOrder& order) { return order.instance_id() == instance_id; });
+    if (!forgotten.ok()) return forgotten.status();
+    any = any || *forgotten;
+  }
+  return any;
+}
+
+void ForgetUnknownWorker(ClusterState& state, HostEntry& host, const v1::WorkerIdentity& identity) {
+  // Where it cannot be stored, the agent says it again.
+  (void)Forget(state, host, [&](const v1::WorkerOrder& order) { return IsOf(order, identity); });
+}
+
+}  // namespace tessera::control
