@@ -29,6 +29,9 @@ function(tessera_precompiled kind)
   target_link_libraries(${name} PRIVATE tessera_options ${arg_TARGETS})
   target_compile_options(${name} PRIVATE ${arg_OPTIONS})
   target_precompile_headers(${name} PRIVATE ${arg_HEADERS})
+  # Not by the compiler cache: to make the key it lets gcc preprocess the header, and gcc then takes the precompiled one of
+  # before, so that the key says nothing of a contract that has changed and the old one comes back.
+  set_target_properties(${name} PROPERTIES CXX_COMPILER_LAUNCHER "")
 endfunction()
 
 # Whether `target` links `wanted`, itself or through others.
