@@ -9,7 +9,6 @@
 namespace tessera::control {
 namespace {
 
-constexpr char kAuthorityKey[] = "authority";
 constexpr std::size_t kPassphraseBytes = 32, kMaxSealBytes = 256;
 
 absl::StatusOr<Authority> With(trust::KeyedCertificate signer) {
@@ -55,12 +54,18 @@ absl::StatusOr<Authority> OpenAuthority(Store& store, const std::string& seal_pa
   const auto stored = store.Get(kAuthorityKey);
   if (absl::IsNotFound(stored.status())) return MakeStored(store, seal_path, random);
   if (!stored.ok()) return stored.status();
+  return ReadAuthority(stored->value, seal_path);
+}
+
+absl::StatusOr<Authority> ReadAuthority(const std::string& stored, const std::string& seal_path) {
   records::Authority record;
-  if (!record.ParseFromString(stored->value)) return absl::DataLossError("store: authority: cannot be read");
+  if (!record.ParseFromString(stored)) return absl::DataLossError("store: authority: cannot be read");
   const auto seal = ReadSeal(seal_path);
   if (!seal.ok()) {
-    return absl::FailedPreconditionError(absl::StrCat("the key of the cluster's authority cannot be opened: ",
-                                                      seal.status().message(), "; put the file back from a backup"));
+    return absl::FailedPreconditionError(
+        absl::StrCat("the key of the cluster's authority cannot be opened: ", seal.status().message(),
+                     "; put the file back from a backup, or copy that of another control plane of this "
+                     "cluster"));
   }
   auto key = trust::DecryptKey(record.encrypted_key(), *seal);
   if (!key.ok()) {

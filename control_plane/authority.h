@@ -17,8 +17,11 @@ struct Authority {
   std::string fingerprint;
 };
 
-// `seal_path`: the file with the passphrase of the key. Both are made where neither is there. FAILED_PRECONDITION: the
-// store has an authority and the file is missing or another's; without it nobody can sign for this cluster.
+inline constexpr char kAuthorityKey[] = "authority";  // in the store
+
+// `seal_path`: the file with the passphrase of the key. FAILED_PRECONDITION: the file is missing or another's; without
+// it nobody can sign for this cluster. `OpenAuthority` makes both where neither is there.
+absl::StatusOr<Authority> ReadAuthority(const std::string& stored, const std::string& seal_path);
 absl::StatusOr<Authority> OpenAuthority(Store& store, const std::string& seal_path, const RandomBytes& random);
 
 }  // namespace tessera::control

@@ -1,5 +1,7 @@
 #include "control_plane/control_metrics.h"
 
+#include <algorithm>
+
 #include "absl/strings/ascii.h"
 
 namespace tessera::control {
@@ -112,7 +114,12 @@ ControlMetrics::ControlMetrics()
                             .Name("tessera_control_failover_seconds")
                             .Help("from the failover map to the last region that runs by it")
                             .Register(*registry_)
-                            .Add({}, kRpcBuckets)) {
+                            .Add({}, kRpcBuckets)),
+      leads_(prometheus::BuildGauge()
+                 .Name("tessera_control_leads")
+                 .Help("1: this control plane leads, as one without others does; 0: it follows")
+                 .Register(*registry_)
+                 .Add({})) {
   for (const char* result : {"placed", "no_room", "failed"}) placements_.Add({{"result", result}});
   for (const char* result : {"joined", "refused", "gave_up"}) sessions_.Add({{"result", result}});
   for (const char* method : kMethods) rpc_seconds_.Add({{"method", method}}, kRpcBuckets);
@@ -154,7 +161,7 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
   prometheus::MetricFamily writes{
       "tessera_control_store_writes_total", "writes to the store", prometheus::MetricType::Counter, {}};
   prometheus::ClientMetric written;
-  written.counter.value = static_cast<double>(revision_() - first_revision_);
+  written.counter.value = static_cast<double>(std::max<Revision>(0, revision_() - first_revision_));
   writes.metric.push_back(written);
   prometheus::MetricFamily failures{
       "tessera_control_store_failures_total", "writes to the store that failed", prometheus::MetricType::Counter, {}};

@@ -12,6 +12,7 @@
 #include "control_plane/remembered.h"
 #include "prometheus/collectable.h"
 #include "prometheus/counter.h"
+#include "prometheus/gauge.h"
 #include "prometheus/histogram.h"
 #include "prometheus/registry.h"
 
@@ -22,6 +23,7 @@ class ControlMetrics {
   ControlMetrics();
 
   std::shared_ptr<prometheus::Registry> registry() const { return registry_; }
+  void SetLeads(bool leads) { leads_.Set(leads ? 1 : 0); }
   // By result: placed, no_room, failed.
   void CountPlacement(const absl::Status& status);
   // By result: joined, refused, gave_up.
@@ -37,6 +39,7 @@ class ControlMetrics {
   prometheus::Family<prometheus::Counter>& sessions_;
   prometheus::Family<prometheus::Histogram>& rpc_seconds_;
   prometheus::Histogram& failover_seconds_;
+  prometheus::Gauge& leads_;
 };
 
 // Hosts and instances by state, how running instances fare, and writes to the store, read when scraped; the first two

@@ -20,8 +20,9 @@ constexpr std::chrono::milliseconds kGivenUpInterval{200};
 
 }  // namespace
 
-ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files)
-    : store_(store), cluster_(std::move(cluster)), files_(std::move(files)) {
+ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files,
+                           LeaderRights rights)
+    : store_(store), rights_(std::move(rights)), cluster_(std::move(cluster)), files_(std::move(files)) {
   {
     const std::lock_guard lock(mutex_);
     Publish();
@@ -352,6 +353,12 @@ std::optional<v1::ControlMessage> ControlPlane::NextMessage(AgentStream& stream)
   while (true) {
     stream.wake.wait(lock, [&stream] { return stream.desired || stream.closed || !stream.leases.empty(); });
     if (stream.closed) return std::nullopt;
+    // Whoever was deposed may hold orders that the new leader has replaced.
+    if (!rights_.leads()) {
+      stream.closed = absl::UnavailableError("this control plane no longer leads");
+      stream.cancel();
+      return std::nullopt;
+    }
     if (std::optional<v1::LeaseRenewal> lease = stream.leases.Take()) {
       message.mutable_lease()->Swap(&*lease);
       return message;
@@ -366,6 +373,8 @@ std::optional<v1::ControlMessage> ControlPlane::NextMessage(AgentStream& stream)
 }
 
 absl::Status ControlPlane::HandleAgentMessage(AgentStream& stream, const v1::AgentMessage& message) {
+  // A lease that outlived our leadership would let a worker step beside the one that the next leader promotes.
+  if (message.has_lease() && !rights_.renews_leases()) return absl::OkStatus();
   return Call([&](Cluster& cluster, Now now) { return cluster.HandleAgentMessage(now, stream.id, message); });
 }
 

@@ -22,6 +22,12 @@
 
 namespace tessera::control {
 
+// What one of several control planes may do at this moment. Both are asked under the lock, and must not block.
+struct LeaderRights {
+  std::function<bool()> leads = [] { return true; };          // without it nothing is sent to agents any more
+  std::function<bool()> renews_leases = [] { return true; };  // without it workers' leases run out
+};
+
 class ControlPlane {
  public:
   // An attached agent's stream, with what is to be sent on it.
@@ -37,7 +43,8 @@ class ControlPlane {
   };
 
   // Without `files` no checkpoints are kept.
-  ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files = nullptr);
+  ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files = nullptr,
+               LeaderRights rights = {});
   ~ControlPlane();
 
   // Calls `action(Cluster&, Now)` under the lock; what it sets off goes out before the result comes back.
@@ -150,6 +157,7 @@ class ControlPlane {
                                      const std::optional<trust::Ticket>& ticket, const std::function<bool()>& given_up);
 
   Store& store_;
+  const LeaderRights rights_;
   std::mutex mutex_;
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;

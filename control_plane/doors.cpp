@@ -1,6 +1,7 @@
 #include "control_plane/doors.h"
 
 #include <grpc/grpc_security_constants.h>
+#include <grpc/support/log.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -14,6 +15,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/hosts.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/one_line.h"
 #include "host/files.h"
 #include "telemetry/log_throttle.h"
@@ -25,6 +27,9 @@ namespace {
 
 constexpr char kPathHeader[] = ":path", kTokenHeader[] = "authorization", kBearer[] = "Bearer ";
 constexpr std::size_t kMaxTokenBytes = 256, kMaxLoggedBytes = 128;
+// Keepalive: a peer that is silent gets a ping, and is dropped if it does not answer. Ours may ping as often as we do,
+// also while no call is open; gRPC's default would drop them after two pings in five minutes.
+constexpr int kKeepaliveTimeMs = 10'000, kKeepaliveTimeoutMs = 5'000, kMinPingIntervalMs = 1'000;
 
 grpc::Status Refusal(const absl::Status& status) {
   return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
@@ -123,8 +128,7 @@ bool SomebodyListens(const std::string& path) {
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> TlsCredentials(Door door, const Authority& authority,
-                                                                        ControlPlane& plane) {
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> UnjudgedTlsCredentials(Door door, const Authority& authority) {
   const auto own = trust::IssueServer(authority.signer, MakeSerial(SystemRandomBytes));
   if (!own.ok()) return own.status();
   grpc::SslServerCredentialsOptions options(door == Door::kOperators ? GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY
@@ -132,9 +136,30 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> TlsCredentials(Door doo
   // The authority goes along, for those that know its fingerprint alone.
   options.pem_key_cert_pairs.push_back({own->key, own->certificate + authority.signer.certificate});
   if (door == Door::kOperators) options.pem_root_certs = authority.signer.certificate;
-  auto credentials = grpc::SslServerCredentials(options);
-  credentials->SetAuthMetadataProcessor(std::make_shared<Doorkeeper>(door, plane));
+  return grpc::SslServerCredentials(options);
+}
+
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> TlsCredentials(Door door, const Authority& authority,
+                                                                        ControlPlane& plane) {
+  auto credentials = UnjudgedTlsCredentials(door, authority);
+  if (credentials.ok()) (*credentials)->SetAuthMetadataProcessor(std::make_shared<Doorkeeper>(door, plane));
   return credentials;
+}
+
+void ForwardGrpcLog() {
+  gpr_set_log_function(
+      [](gpr_log_func_args* args) { spdlog::debug("grpc {}:{}: {}", args->file, args->line, args->message); });
+}
+
+void SetServerLimits(grpc::ServerBuilder& builder) {
+  // Else a second control plane would share the port, and every other call would go to it.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kMinPingIntervalMs);
+  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  builder.SetMaxSendMessageSize(kMaxMessageBytes);
 }
 
 Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane) {

@@ -22,6 +22,12 @@ namespace tessera::control {
 // TLS with a new certificate of the authority, every call judged. `authority` and `plane` outlive the server.
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> TlsCredentials(Door door, const Authority& authority,
                                                                         ControlPlane& plane);
+// The same, and no call is judged: for a server that answers none.
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> UnjudgedTlsCredentials(Door door, const Authority& authority);
+// gRPC's own log lines are for those who debug it, so they go out at debug level.
+void ForwardGrpcLog();
+// Message sizes and keepalive, as clients rely on them.
+void SetServerLimits(grpc::ServerBuilder& builder);
 // Who calls, now: nobody, where what was shown counts no more since the Doorkeeper let the call in.
 Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane);
 

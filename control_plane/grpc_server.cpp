@@ -1,6 +1,5 @@
 #include "control_plane/grpc_server.h"
 
-#include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -32,9 +31,6 @@ namespace {
 
 using telemetry::LogValue;
 
-// Keepalive: a peer that is silent gets a ping, and is dropped if it does not answer. Ours may ping as often as we do,
-// also while no call is open; gRPC's default would drop them after two pings in five minutes.
-constexpr int kKeepaliveTimeMs = 10'000, kKeepaliveTimeoutMs = 5'000, kMinPingIntervalMs = 1'000;
 // How long calls under way, and clients that do not close, may delay the end.
 constexpr std::chrono::milliseconds kShutdownPatience{500};
 constexpr char kSocketPrefix[] = "unix:";
@@ -684,9 +680,6 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   HelloDeadlines hellos_{kHelloPatience, kMaxSilentStreams};
 };
 
-// gRPC's own log lines are for those who debug it, so they go out at debug level.
-void ForwardGrpcLog(gpr_log_func_args* args) { spdlog::debug("grpc {}:{}: {}", args->file, args->line, args->message); }
-
 }  // namespace
 
 namespace {
@@ -707,17 +700,6 @@ struct DoorServer {
   std::unique_ptr<grpc::Server> server;  // ends before what it serves
 };
 
-void SetLimits(grpc::ServerBuilder& builder) {
-  // Else a second control plane would share the port, and every other call would go to it.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kMinPingIntervalMs);
-  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  builder.SetMaxSendMessageSize(kMaxMessageBytes);
-}
-
 }  // namespace
 
 struct GrpcServer::Impl {
@@ -727,7 +709,7 @@ struct GrpcServer::Impl {
     DoorServer& opened =
         *doors.emplace_back(std::make_unique<DoorServer>(door, *plane, *metrics, authority ? &*authority : nullptr));
     grpc::ServerBuilder builder;
-    SetLimits(builder);
+    SetServerLimits(builder);
     builder.AddListeningPort(address, credentials, &port);
     for (grpc::Service* service : std::initializer_list<grpc::Service*>{
              &opened.access, &opened.hosts, &opened.instances, &opened.sessions, &opened.agents}) {
@@ -769,7 +751,7 @@ GrpcServer::GrpcServer() = default;
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcDoors& doors,
                                                               std::optional<Authority> authority, ControlPlane& plane,
                                                               ControlMetrics& metrics) {
-  gpr_set_log_function(ForwardGrpcLog);
+  ForwardGrpcLog();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   std::unique_ptr<GrpcServer> result(new GrpcServer());

@@ -43,10 +43,16 @@ std::string ScrapeTargetsJson(const std::vector<ScrapeTarget>& targets, const st
   return list.dump();
 }
 
-void AddPages(telemetry::MetricsServer& server, ControlPlane& plane) {
-  server.AddHandler("/healthz", [](const telemetry::HttpRequest&) { return telemetry::HttpReply{.body = "ok\n"}; });
-  const auto targets = std::make_shared<Remembered<std::string>>([&plane, own = Reachable(server.address())] {
-    const auto found = plane.Call([](Cluster& cluster, Now) { return ScrapeTargets(cluster.state()); });
+void AddPages(telemetry::MetricsServer& server, const std::shared_ptr<PlaneGate>& gate) {
+  server.AddHandler("/healthz", [gate](const telemetry::HttpRequest&) {
+    const bool leads = gate->With([](ControlPlane&) {});
+    return telemetry::HttpReply{.body = leads ? "ok\n" : "ok, follows\n"};
+  });
+  const auto targets = std::make_shared<Remembered<std::string>>([gate, own = Reachable(server.address())] {
+    std::vector<ScrapeTarget> found;
+    gate->With([&](ControlPlane& plane) {
+      found = plane.Call([](Cluster& cluster, Now) { return ScrapeTargets(cluster.state()); });
+    });
     return ScrapeTargetsJson(found, own);
   });
   server.AddHandler("/sd/prometheus", [targets](const telemetry::HttpRequest&) {

@@ -2,6 +2,10 @@
 // (http_sd).
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <shared_mutex>
 #include <string>
 #include <vector>
 
@@ -15,7 +19,29 @@ namespace tessera::control {
 // `instance_id`, `region`. `own_address`: where the control plane's /metrics is.
 std::string ScrapeTargetsJson(const std::vector<ScrapeTarget>& targets, const std::string& own_address);
 
-// Adds /healthz and /sd/prometheus. `plane` outlives the server.
-void AddPages(telemetry::MetricsServer& server, ControlPlane& plane);
+// PlaneGate: the control plane that pages show, while there is one. A control plane that follows another has none.
+//
+// Thread rule: any thread. `Set` waits until nobody uses the one before.
+class PlaneGate {
+ public:
+  void Set(ControlPlane* plane) {
+    const std::lock_guard lock(mutex_);
+    plane_ = plane;
+  }
+  // False: there is none, and nothing was called.
+  bool With(const std::function<void(ControlPlane&)>& use) const {
+    const std::shared_lock lock(mutex_);
+    if (plane_ == nullptr) return false;
+    use(*plane_);
+    return true;
+  }
+
+ private:
+  mutable std::shared_mutex mutex_;
+  ControlPlane* plane_ = nullptr;
+};
+
+// Adds /healthz and /sd/prometheus. Without a plane the second lists this process alone: the leader lists the rest.
+void AddPages(telemetry::MetricsServer& server, const std::shared_ptr<PlaneGate>& gate);
 
 }  // namespace tessera::control

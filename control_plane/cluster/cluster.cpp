@@ -99,7 +99,9 @@ absl::Status Cluster::GiveSeeds() {
   return absl::OkStatus();
 }
 
+// The control plane before this one may have renewed every worker's lease a moment ago.
 void Cluster::Adopt(Now now, InstanceEntry& instance) {
+  for (WorkerEntry& worker : instance.workers) worker.leased_at = now.steady;
   instances_.Adopt(instance, now);
   failovers_.Adopt(instance, now);
 }

@@ -1,0 +1,107 @@
+#include "control_plane/follower_server.h"
+
+#include <grpcpp/generic/async_generic_service.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/doors.h"
+#include "host/socket_address.h"
+#include "trust/leader_hint.h"
+
+namespace tessera::control {
+namespace {
+
+// Ends itself.
+class RefusedCall final : public grpc::ServerGenericBidiReactor {
+ public:
+  explicit RefusedCall(grpc::Status status) { Finish(std::move(status)); }
+  void OnDone() override { delete this; }
+};
+
+class RedirectService final : public grpc::CallbackGenericService {
+ public:
+  RedirectService(Door door, FollowerServer::Leader leader) : door_(door), leader_(std::move(leader)) {}
+
+  grpc::ServerGenericBidiReactor* CreateReactor(grpc::GenericCallbackServerContext* context) override {
+    const std::optional<LeaderAddress> leader = leader_();
+    const std::string address = !leader ? "" : door_ == Door::kPlayers ? leader->players : leader->operators;
+    if (!address.empty()) context->AddTrailingMetadata(trust::kLeaderHeader, address);
+    return new RefusedCall({grpc::StatusCode::UNAVAILABLE,
+                            absl::StrCat("this control plane does not lead; ",
+                                         address.empty() ? "the leader is not known" : "the leader is ", address)});
+  }
+
+ private:
+  const Door door_;
+  const FollowerServer::Leader leader_;
+};
+
+struct FollowerDoor {
+  FollowerDoor(Door door, const FollowerServer::Leader& leader) : service(door, leader) {}
+  RedirectService service;
+  std::unique_ptr<grpc::Server> server;  // ends before what it serves
+};
+
+}  // namespace
+
+struct FollowerServer::Impl {
+  absl::Status Open(Door door, const char* name, const std::string& address, const Leader& leader,
+                    const std::shared_ptr<grpc::ServerCredentials>& credentials) {
+    FollowerDoor& opened = *doors.emplace_back(std::make_unique<FollowerDoor>(door, leader));
+    grpc::ServerBuilder builder;
+    SetServerLimits(builder);
+    builder.AddListeningPort(address, credentials);
+    builder.RegisterCallbackGenericService(&opened.service);
+    opened.server = builder.BuildAndStart();
+    if (!opened.server) {
+      return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (", name, ")"));
+    }
+    opened.server->GetHealthCheckService()->SetServingStatus(false);
+    return absl::OkStatus();
+  }
+
+  absl::Status OpenTcp(Door door, const char* name, const std::string& text, const Leader& leader,
+                       const std::optional<Authority>& authority) {
+    if (text.empty()) return absl::OkStatus();
+    const auto address = host::ParseSocketAddress(text, host::PortRule::kFrom1);
+    if (!address.ok()) return address.status();
+    if (!authority) return absl::InternalError("a door that speaks TLS needs an authority");
+    if (absl::Status status = host::CheckBindable(*address, name); !status.ok()) return status;
+    const auto credentials = UnjudgedTlsCredentials(door, *authority);
+    if (!credentials.ok()) return credentials.status();
+    return Open(door, name, ToString(*address), leader, *credentials);
+  }
+
+  std::vector<std::unique_ptr<FollowerDoor>> doors;
+};
+
+FollowerServer::FollowerServer() : impl_(std::make_unique<Impl>()) {}
+
+absl::StatusOr<std::unique_ptr<FollowerServer>> FollowerServer::Start(const GrpcDoors& doors,
+                                                                      const std::optional<Authority>& authority,
+                                                                      const Leader& leader) {
+  ForwardGrpcLog();
+  grpc::EnableDefaultHealthCheckService(true);
+  std::unique_ptr<FollowerServer> result(new FollowerServer());
+  Impl& impl = *result->impl_;
+  absl::Status status = impl.OpenTcp(Door::kOperators, "grpc", doors.operators, leader, authority);
+  if (status.ok()) status = impl.OpenTcp(Door::kPlayers, "players", doors.players, leader, authority);
+  if (status.ok()) status = PrepareSocket(doors.socket);
+  if (status.ok()) {
+    status = impl.Open(Door::kSocket, "grpc", "unix:" + doors.socket, leader, grpc::InsecureServerCredentials());
+  }
+  if (status.ok()) status = CloseToOthers(doors.socket);
+  if (!status.ok()) return status;
+  return result;
+}
+
+FollowerServer::~FollowerServer() {
+  for (const auto& door : impl_->doors) {
+    if (door->server) door->server->Shutdown(std::chrono::system_clock::now());
+  }
+}
+
+}  // namespace tessera::control

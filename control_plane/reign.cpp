@@ -1,0 +1,114 @@
+#include "control_plane/reign.h"
+
+#include <spdlog/spdlog.h>
+
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/authority.h"
+#include "control_plane/checkpoint_files.h"
+#include "control_plane/secrets.h"
+#include "host/files.h"
+#include "host/socket_address.h"
+#include "trust/certificate.h"
+
+namespace tessera::control {
+namespace {
+
+constexpr std::size_t kMaxCertificateFileBytes = 256 * 1024;
+
+// A store that never held anything beside checkpoints was emptied, or is another cluster's: a new cluster in its place
+// would number its worlds from the beginning, over those that the checkpoints belong to.
+absl::Status CheckBelongTogether(const Store& store, const CheckpointFiles& files, const ReignSettings& settings) {
+  const std::vector<std::string> instances = files.Instances();
+  if (store.revision() != 0 || instances.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      settings.checkpoints, " holds checkpoints of ", instances.size() == 1 ? "" : "worlds, the first of them ",
+      instances.front(), ", but ", settings.store_name,
+      " is empty: put the store back, or, for a new cluster, move the checkpoints away"));
+}
+
+// Who listens on this machine alone needs none.
+absl::StatusOr<std::optional<Authority>> AuthorityFor(const ReignSettings& settings, Store& store) {
+  const bool https = !settings.https.listen.empty() && settings.https.certificate.empty();
+  if (settings.doors.operators.empty() && settings.doors.players.empty() && !https) return std::nullopt;
+  auto authority = OpenAuthority(store, settings.seal, SystemRandomBytes);
+  if (!authority.ok()) return authority.status();
+  spdlog::info("authority fingerprint={}", authority->fingerprint);
+  return *std::move(authority);
+}
+
+// Null: there is to be none.
+absl::StatusOr<std::unique_ptr<HttpsDoor>> StartHttps(const HttpsFlags& flags,
+                                                      const std::optional<Authority>& authority, ControlPlane& plane,
+                                                      ControlMetrics& metrics) {
+  if (flags.listen.empty()) return nullptr;
+  auto listen = host::ParseSocketAddress(flags.listen, host::PortRule::kFrom0);
+  if (!listen.ok()) return listen.status();
+  HttpsSettings settings{.listen = *std::move(listen), .certificate = {}, .key = {}};
+  if (!flags.certificate.empty()) {
+    auto certificate = host::ReadFile(flags.certificate, kMaxCertificateFileBytes);
+    if (!certificate.ok()) return certificate.status();
+    auto key = host::ReadFile(flags.key, kMaxCertificateFileBytes);
+    if (!key.ok()) return key.status();
+    settings.certificate = *std::move(certificate);
+    settings.key = *std::move(key);
+  } else {
+    auto own = trust::IssueServer(authority->signer, MakeSerial(SystemRandomBytes));
+    if (!own.ok()) return own.status();
+    settings.certificate = own->certificate + authority->signer.certificate;
+    settings.key = std::move(own->key);
+  }
+  return HttpsDoor::Start(std::move(settings), plane, metrics);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSettings& settings,
+                                                    ControlMetrics& metrics, const Pages& pages, LeaderRights rights) {
+  auto files = CheckpointFiles::Open(settings.checkpoints);
+  if (!files.ok()) return files.status();
+  if (absl::Status status = CheckBelongTogether(store, **files, settings); !status.ok()) return status;
+  auto authority = AuthorityFor(settings, store);
+  if (!authority.ok()) return authority.status();
+  const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                std::chrono::system_clock::now().time_since_epoch()};
+  auto cluster = Cluster::Load(store, settings.control, SystemRandomBytes, now);
+  if (!cluster.ok()) return cluster.status();
+  std::unique_ptr<Reign> reign(new Reign(metrics, pages.gate));
+  reign->plane_ = std::make_unique<ControlPlane>(store, *std::move(cluster), *std::move(files), std::move(rights));
+  auto https = StartHttps(settings.https, *authority, *reign->plane_, metrics);
+  if (!https.ok()) return https.status();
+  reign->https_ = *std::move(https);
+  auto grpc = GrpcServer::Start(settings.doors, *std::move(authority), *reign->plane_, metrics);
+  if (!grpc.ok()) return grpc.status();
+  reign->grpc_ = *std::move(grpc);
+  reign->gate_->Set(reign->plane_.get());
+  reign->summary_ = std::make_shared<SummaryMetrics>(
+      [gate = pages.gate, &metrics] {
+        ClusterSummary summary;
+        gate->With([&](ControlPlane& plane) {
+          for (const std::chrono::nanoseconds took : plane.TakeFailovers()) metrics.ObserveFailover(took);
+          summary = plane.Call([](Cluster& c, Now) { return Summarise(c.state()); });
+        });
+        return summary;
+      },
+      [gate = pages.gate] {
+        Revision revision = 0;
+        gate->With([&](ControlPlane& plane) { revision = plane.store_revision(); });
+        return revision;
+      });
+  pages.server.AddCollectable(reign->summary_);
+  metrics.SetLeads(true);
+  return reign;
+}
+
+Reign::~Reign() {
+  metrics_.SetLeads(false);
+  gate_->Set(nullptr);
+  summary_.reset();
+  if (plane_) plane_->Stop();
+}
+
+}  // namespace tessera::control

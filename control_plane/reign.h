@@ -1,0 +1,70 @@
+// Reign: a control plane for as long as it leads: the cluster's state as the store has it, the doors, the pages.
+//
+// Beginning one is what a restart is: everything is read from the store, a new life begins on it, and every worker's
+// lease counts as renewed at this moment. Ending one ends all calls and drops the state; the store stays.
+//
+//   auto reign = Reign::Begin(store, settings, metrics, pages);
+//
+// Thread rule: begin and end it from one thread.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "control_plane/control_metrics.h"
+#include "control_plane/control_plane.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/grpc_server.h"
+#include "control_plane/http_pages.h"
+#include "control_plane/https_door.h"
+#include "control_plane/store.h"
+#include "telemetry/metrics_server.h"
+
+namespace tessera::control {
+
+// The players' door for HTTPS. Without a certificate of its own it shows one of the cluster's authority.
+struct HttpsFlags {
+  std::string listen;            // empty: there is none
+  std::string certificate, key;  // files
+};
+
+struct ReignSettings {
+  GrpcDoors doors;
+  HttpsFlags https;
+  std::string seal;         // file with the passphrase of the authority's key
+  std::string checkpoints;  // folder
+  std::string store_name;   // in errors: "/var/lib/tessera/control/control.db"
+  ControlSettings control;
+};
+
+// The HTTP side of a process, which outlives its reigns.
+struct Pages {
+  telemetry::MetricsServer& server;
+  std::shared_ptr<PlaneGate> gate = std::make_shared<PlaneGate>();
+};
+
+class Reign {
+ public:
+  // FAILED_PRECONDITION: the store is empty beside checkpoints, or the seal is not that of its authority; others as
+  // those of reading the store and of GrpcServer::Start. All but the settings outlive it.
+  static absl::StatusOr<std::unique_ptr<Reign>> Begin(Store& store, const ReignSettings& settings,
+                                                      ControlMetrics& metrics, const Pages& pages,
+                                                      LeaderRights rights = {});
+  ~Reign();
+
+  const GrpcServer& grpc() const { return *grpc_; }
+  std::string https_address() const { return https_ ? https_->address() : ""; }
+
+ private:
+  Reign(ControlMetrics& metrics, std::shared_ptr<PlaneGate> gate) : metrics_(metrics), gate_(std::move(gate)) {}
+
+  ControlMetrics& metrics_;
+  std::shared_ptr<PlaneGate> gate_;
+  std::unique_ptr<ControlPlane> plane_;
+  std::unique_ptr<HttpsDoor> https_;
+  std::unique_ptr<GrpcServer> grpc_;
+  std::shared_ptr<SummaryMetrics> summary_;
+};
+
+}  // namespace tessera::control
