@@ -53,6 +53,10 @@ inline constexpr std::chrono::milliseconds kBalanceInterval{1000};
 // How long a region may be without a standby that takes its log until another one is planned: a new standby has its
 // copy within a second. And how long those two are then kept apart.
 inline constexpr std::chrono::milliseconds kStandbyPatience{5000}, kCutKept{60'000};
+// How long a region may go without a step that anybody knows of, beyond the half second between reports, and two
+// neighbours without a link, until the world is DEGRADED for it. Shorter, and a busy machine degrades worlds that are
+// well; longer, and a world that stands still is called RUNNING.
+inline constexpr std::chrono::milliseconds kStillAfter{2000}, kCutAfter{5000};
 // Wait after a change that could not be made, for want of room or because a newcomer died.
 inline constexpr std::chrono::milliseconds kChangeRetry{5000};
 // How long a checkpoint may take from the choice of its tick until all files are on the disk, and the wait before
@@ -105,9 +109,6 @@ inline constexpr std::chrono::milliseconds kWatchInterval{100};
 inline constexpr std::chrono::milliseconds kPlayerKnownTimeout{2000};
 // How long a change of a property waits for the owner of its body: longer than a failover takes.
 inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
-// For how long a region's reports must show the same tick before its world is said to stand still: longer than a worker
-// of a busy host misses, and than the regions wait for each other.
-inline constexpr std::chrono::milliseconds kStandsStillAfter{2000};
 // How long a control plane that begins from a backup waits for its hosts to say what they run: agents dial again within
 // seconds. A host that comes later finds what it runs declared dead, once its silence has been long enough for that.
 inline constexpr std::chrono::milliseconds kRecoverPatience{30'000};

@@ -85,13 +85,20 @@ std::string NameOf(v1::InstanceState state) {
 
 std::string DegradedReason(const std::vector<WorkerFacts>& workers) {
   std::map<std::string, std::vector<std::uint32_t>> silent;
+  std::vector<std::string> causes;
   for (const WorkerFacts& worker : workers) {
-    if (worker.host_lost) silent[worker.host_name].push_back(worker.region);
+    if (worker.gone) {
+      causes.push_back(absl::StrCat("region ", worker.region, " on ", worker.host_name, " has ended",
+                                    worker.ending.empty() ? "" : ": ", worker.ending));
+    } else if (worker.host_lost) {
+      silent[worker.host_name].push_back(worker.region);
+    }
   }
-  return absl::StrJoin(silent, "; ", [](std::string* out, const auto& host) {
-    absl::StrAppend(out, "host ", host.first, " is silent: region", host.second.size() == 1 ? " " : "s ",
-                    absl::StrJoin(host.second, ", "));
-  });
+  for (const auto& [host, regions] : silent) {
+    causes.push_back(absl::StrCat("host ", host, " is silent: region", regions.size() == 1 ? " " : "s ",
+                                  absl::StrJoin(regions, ", ")));
+  }
+  return absl::StrJoin(causes, "; ");
 }
 
 }  // namespace tessera::control

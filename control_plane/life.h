@@ -2,8 +2,8 @@
 //
 // PENDING -> PLACING -> STARTING -> WAITING_FOR_PLAYERS -> RUNNING -> STOPPING -> ENDED, or FAILED with a reason.
 // Repeating `NextStep` with the same facts changes nothing more, so it is safe to ask after every event and after a
-// restart. DEGRADED is not here: it is RUNNING with a host that is silent or a failover under way, and passes by
-// itself. Once an instance is RUNNING, Failovers deals with workers that die (cluster/failovers.h).
+// restart. DEGRADED is not here: it is RUNNING with something that is not as it should be (Instances::NoteHealth), and
+// passes by itself. Once an instance is RUNNING, Failovers deals with workers that die (cluster/failovers.h).
 #pragma once
 
 #include <string>
@@ -45,7 +45,8 @@ bool IsFinal(v1::InstanceState state);
 // "RUNNING"
 std::string NameOf(v1::InstanceState state);
 
-// Why a RUNNING instance is degraded: "host alpha is silent: regions 1, 2"; empty in good health.
+// Why a RUNNING instance is degraded by its hosts and workers: "host alpha is silent: regions 1, 2"; empty in good
+// health. A worker that has ended is one while nobody carries its region on.
 std::string DegradedReason(const std::vector<WorkerFacts>& workers);
 
 }  // namespace tessera::control

@@ -96,5 +96,13 @@ TEST(LifeTest, ALostHostDegradesWhatRunsAndFailsWhatHasNotStarted) {
             "region 1: host alpha was lost before the start");
 }
 
+TEST(LifeTest, AWorkerThatHasEndedDegradesWhileNobodyCarriesItOn) {
+  LifeFacts facts = Facts({kRunning, kRunning}, true);
+  facts.workers[1].gone = true;
+  EXPECT_EQ(DegradedReason(facts.workers), "region 2 on alpha has ended");
+  facts.workers[1].ending = "worker was killed by signal 9";
+  EXPECT_EQ(DegradedReason(facts.workers), "region 2 on alpha has ended: worker was killed by signal 9");
+}
+
 }  // namespace
 }  // namespace tessera::control

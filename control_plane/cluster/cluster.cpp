@@ -107,6 +107,7 @@ void Cluster::Adopt(Now now, InstanceEntry& instance) {
 }
 
 void Cluster::Forget(std::uint64_t number) {
+  instances_.Forget(number);
   changes_.Forget(number);
   failovers_.Forget(number);
   checkpoints_.Forget(number);

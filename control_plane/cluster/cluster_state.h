@@ -48,7 +48,6 @@ struct WorkerEntry {
   std::string certified;    // that key
   bool reported = false;
   Steady reported_at{0};
-  Steady stepped_at{0};  // when it last reported another tick than before
   int missed = 0;        // heartbeats in a row that did not name it
 
   // Written by DesiredSets.
@@ -95,7 +94,8 @@ struct InstanceEntry {
   std::uint64_t newest_tick = 0;
 
   // Written by Instances.
-  std::string degraded;  // why; empty in good health
+  std::string degraded;                                                 // why; empty in good health
+  std::size_t uncovered_regions = 0, still_regions = 0, cut_links = 0;  // as HealthWatch has them
   Steady start_deadline{0};
   Steady state_since{0};
   bool withdrawn = false;  // the grace of stopping is over: its workers are in no desired set
@@ -104,10 +104,10 @@ struct InstanceEntry {
   std::uint64_t published_events = 0;     // that the game ever published, and restores
   std::size_t game_messages_waiting = 0;  // for an answer
 
-  std::string trouble;  // why its last step could not be taken; logged once
-
   // Written by Reconciler.
-  std::string unstored;  // why its next step cannot be stored; empty: none is wanted, or it can
+  std::string unstored;  // why its last step is not in the store; empty: it is
+
+  std::string trouble;  // why its last step could not be taken; logged once
 };
 
 // The values of a map, in the order of its keys, for a range-based for.

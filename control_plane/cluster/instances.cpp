@@ -10,7 +10,7 @@
 #include "control_plane/cluster/instance_players.h"
 #include "control_plane/failover.h"
 #include "control_plane/instance_record.h"
-#include "control_plane/world_terms.h"
+#include "control_plane/one_line.h"
 
 namespace tessera::control {
 namespace {
@@ -29,25 +29,6 @@ std::vector<WorkerFacts> FactsOfWorkers(const ClusterState& state, const Instanc
                      host != nullptr ? host->record.name() : "a removed host", worker.gone, worker.ending});
   }
   return facts;
-}
-
-// "regions 1, 2 do not step": whose reports have shown the same tick for too long; empty if all step, or are not to. A
-// region that waits for a neighbour is among them, and rightly: it does not step.
-std::string StandingStill(const ClusterState& state, const InstanceEntry& instance) {
-  if (IsPaused(instance.record)) return "";
-  const double pace = PaceOf(instance.record);
-  const auto three_ticks = std::chrono::duration_cast<Steady>(std::chrono::duration<double>(pace > 0 ? 3 / pace : 0));
-  const Steady longest = std::max<Steady>(kStandsStillAfter, three_ticks);
-  std::vector<std::uint32_t> still;
-  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
-    const WorkerEntry& worker = instance.workers[i];
-    const HostEntry* host = HostAt(state, instance, i);
-    if (worker.gone || host == nullptr || host->lost || worker.report.phase() != v1::WORKER_PHASE_RUNNING) continue;
-    if (worker.reported_at - worker.stepped_at >= longest) still.push_back(worker.region);
-  }
-  if (still.empty()) return "";
-  return absl::StrCat(still.size() == 1 ? "region " : "regions ", absl::StrJoin(still, ", "),
-                      still.size() == 1 ? " does not step" : " do not step");
 }
 
 }  // namespace
@@ -147,18 +128,19 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
   state_.MarkChanged(instance);
 }
 
-void Instances::NoteHealth(InstanceEntry& instance) {
+void Instances::NoteHealth(InstanceEntry& instance, Now now) {
   const records::Instance& record = instance.record;
-  std::vector<std::string> reasons;
-  if (record.has_failover()) reasons.push_back("failover of " + DescribeFailover(record.failover()));
+  const HealthFaults faults = health_.Look(instance, now);
+  NoteFaults(instance, faults, now);
+  std::vector<std::string> causes;
+  if (record.has_failover()) causes.push_back(absl::StrCat("failover of ", DescribeFailover(record.failover())));
   if (record.state() == v1::INSTANCE_STATE_RUNNING) {
-    // What has to be known first: while nothing can be stored, nothing else mends itself.
-    if (!instance.unstored.empty()) reasons.push_back("its next step cannot be stored: " + instance.unstored);
-    reasons.push_back(DegradedReason(FactsOfWorkers(state_, instance)));
-    if (!record.has_failover()) reasons.push_back(StandingStill(state_, instance));
+    if (!instance.unstored.empty()) causes.push_back(absl::StrCat("its next step is not stored: ", instance.unstored));
+    causes.push_back(DegradedReason(FactsOfWorkers(state_, instance)));
+    causes.push_back(faults.Text());
   }
-  std::erase(reasons, "");
-  std::string degraded = absl::StrJoin(reasons, "; ");
+  std::erase(causes, "");
+  std::string degraded = OneLine(absl::StrJoin(causes, "; "), kMaxReasonBytes);
   if (degraded == instance.degraded) return;
   if (degraded.empty()) {
     state_.Log(absl::StrCat("instance healthy id=", record.id()));
@@ -167,6 +149,22 @@ void Instances::NoteHealth(InstanceEntry& instance) {
   }
   instance.degraded = std::move(degraded);
   state_.MarkChanged(instance);
+}
+
+// One event for each kind of fault that begins: that further regions have it too is in the reason.
+void Instances::NoteFaults(InstanceEntry& instance, const HealthFaults& faults, Now now) {
+  const auto begins = [](const auto& fault, std::size_t before) { return !fault.empty() && before == 0; };
+  const bool any = begins(faults.uncovered, instance.uncovered_regions) ||
+                   begins(faults.still, instance.still_regions) || begins(faults.cut, instance.cut_links);
+  instance.uncovered_regions = faults.uncovered.size();
+  instance.still_regions = faults.still.size();
+  instance.cut_links = faults.cut.size();
+  if (!any) return;
+  records::Instance next = instance.record;
+  AddEvent(next, now, absl::StrCat("degraded: ", faults.Text()));
+  if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) {
+    LogTrouble(state_, instance, "an event cannot be stored for now", status);
+  }
 }
 
 // --- Time.

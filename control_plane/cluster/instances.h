@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "control_plane/cluster/cluster_state.h"
+#include "control_plane/cluster/health_watch.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/life.h"
 #include "control_plane/now.h"
@@ -18,7 +19,8 @@ namespace tessera::control {
 
 class Instances {
  public:
-  Instances(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
+  Instances(ClusterState& state, const ControlSettings& settings)
+      : state_(state), settings_(settings), health_(state) {}
 
   // The instance was made or loaded.
   void Adopt(InstanceEntry& instance, Now now) const;
@@ -33,8 +35,9 @@ class Instances {
 
   // A step from `previous` is stored: does what follows from it, other than the next step.
   void Entered(InstanceEntry& instance, v1::InstanceState previous, Now now);
-  // No step can be taken: notes whether the instance runs in good health.
-  void NoteHealth(InstanceEntry& instance);
+  // No step can be taken: notes whether the instance runs in good health. A fault that begins is an event.
+  void NoteHealth(InstanceEntry& instance, Now now);
+  void Forget(std::uint64_t number) { health_.Forget(number); }
   // Its workers start again: they are wanted in desired sets.
   void Restarted(InstanceEntry& instance) const { instance.withdrawn = false; }
 
@@ -45,9 +48,11 @@ class Instances {
 
  private:
   LifeFacts Facts(const InstanceEntry& instance, int waiting, Now now) const;
+  void NoteFaults(InstanceEntry& instance, const HealthFaults& faults, Now now);
 
   ClusterState& state_;
   ControlSettings settings_;
+  HealthWatch health_;
 };
 
 }  // namespace tessera::control

@@ -60,42 +60,14 @@ TEST_F(InstancesTest, WorkersThatDoNotEndAreWithdrawnAfterTheGrace) {
 }
 
 TEST_F(InstancesTest, ALostHostDegradesARunningInstance) {
-  instances_.NoteHealth(instance_);
+  instances_.NoteHealth(instance_, rig_.now);
   EXPECT_EQ(instance_.degraded, "");
   beta_.lost = true;
-  instances_.NoteHealth(instance_);
+  instances_.NoteHealth(instance_, rig_.now);
   EXPECT_EQ(instance_.degraded, "host beta is silent: region 2");
   beta_.lost = false;
-  instances_.NoteHealth(instance_);
+  instances_.NoteHealth(instance_, rig_.now);
   EXPECT_EQ(instance_.degraded, "");
-}
-
-TEST_F(InstancesTest, ARegionWhoseTickStandsStillDegradesARunningInstanceUnlessItIsPaused) {
-  for (WorkerEntry& worker : instance_.workers) {
-    worker.report.set_phase(v1::WORKER_PHASE_RUNNING);
-    worker.stepped_at = worker.reported_at = rig_.now.steady;
-  }
-  rig_.Pass(kStandsStillAfter);
-  instance_.workers[0].stepped_at = instance_.workers[0].reported_at = rig_.now.steady;
-  instances_.NoteHealth(instance_);
-  EXPECT_EQ(instance_.degraded, "") << "region 2 has not reported since";
-  instance_.workers[1].reported_at = rig_.now.steady;
-  instances_.NoteHealth(instance_);
-  EXPECT_EQ(instance_.degraded, "region 2 does not step");
-  instance_.record.mutable_map()->mutable_terms()->set_paused(true);
-  instances_.NoteHealth(instance_);
-  EXPECT_EQ(instance_.degraded, "");
-}
-
-TEST_F(InstancesTest, AWorldOfFewTicksASecondHasThreeOfThemToStep) {
-  instance_.record.mutable_map()->mutable_terms()->set_ticks_per_second(0.5);
-  for (WorkerEntry& worker : instance_.workers) worker.report.set_phase(v1::WORKER_PHASE_RUNNING);
-  instance_.workers[0].reported_at = milliseconds(5'999);
-  instances_.NoteHealth(instance_);
-  EXPECT_EQ(instance_.degraded, "");
-  instance_.workers[0].reported_at = milliseconds(6'000);
-  instances_.NoteHealth(instance_);
-  EXPECT_EQ(instance_.degraded, "region 1 does not step");
 }
 
 TEST_F(InstancesTest, WhilePlacingItLooksForOtherHostsIfItsOwnAreNotReady) {

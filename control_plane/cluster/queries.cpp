@@ -104,7 +104,10 @@ ClusterSummary Summarise(const ClusterState& state) {
     health.id = record.id();
     health.unprotected =
         static_cast<int>(std::count_if(instance.workers.begin(), instance.workers.end(),
-                                       [](const auto& worker) { return worker.report.unprotected(); }));
+                                       [&](const auto& worker) { return IsUnprotected(instance, worker); }));
+    health.uncovered_regions = instance.uncovered_regions;
+    health.still_regions = instance.still_regions;
+    health.cut_links = instance.cut_links;
     if (!record.checkpoints().empty())
       health.last_checkpoint = FromTimestamp(record.checkpoints().rbegin()->create_time());
     health.imbalance = ImbalanceOf(instance);

@@ -13,16 +13,15 @@ void Reconciler::Reconcile(Now now, const InstanceNumbers& touched) {
 }
 
 void Reconciler::Reconcile(Now now, InstanceEntry& instance) {
-  std::string unstored;
   while (const std::optional<records::Instance> next = NextRecord(now, instance)) {
     if (absl::Status status = Enter(now, instance, *next); !status.ok()) {
       LogTrouble(state_, instance, "instance cannot go on for now", status);
-      unstored = std::string(status.message());
-      break;
+      instance.unstored = std::string(status.message());
+      return parts_.instances.NoteHealth(instance, now);
     }
   }
-  instance.unstored = std::move(unstored);
-  parts_.instances.NoteHealth(instance);
+  instance.unstored.clear();
+  parts_.instances.NoteHealth(instance, now);
 }
 
 absl::Status Reconciler::Enter(Now now, InstanceEntry& instance, const records::Instance& next) {

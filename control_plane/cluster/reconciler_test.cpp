@@ -70,12 +70,12 @@ TEST_F(ReconcilerTest, AWorldWhoseStepCannotBeStoredIsDegradedUntilItCan) {
   rig_.store.FailNext(1);
   reconciler_.Reconcile(rig_.now, instance_);
   EXPECT_FALSE(instance_.record.has_failover());
-  EXPECT_THAT(instance_.degraded, HasSubstr("its next step cannot be stored"));
+  EXPECT_THAT(instance_.degraded, HasSubstr("its next step is not stored"));
   EXPECT_THAT(rig_.state->store_trouble(), Not(IsEmpty()));
   EXPECT_EQ(rig_.state->failed_writes(), 1u);
 
   reconciler_.Reconcile(rig_.now, instance_);
-  EXPECT_THAT(instance_.degraded, Not(HasSubstr("cannot be stored")));
+  EXPECT_THAT(instance_.degraded, Not(HasSubstr("is not stored")));
   EXPECT_THAT(rig_.state->store_trouble(), IsEmpty());
 }
 

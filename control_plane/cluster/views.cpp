@@ -46,7 +46,7 @@ void AddChange(const InstanceEntry& instance, v1::Instance& view) {
 
 void AddLoads(const InstanceEntry& instance, v1::Instance& view) {
   for (const WorkerEntry& worker : instance.workers) {
-    if (worker.report.unprotected()) view.add_unprotected_regions(worker.region);
+    if (IsUnprotected(instance, worker)) view.add_unprotected_regions(worker.region);
   }
   view.set_imbalance(ImbalanceOf(instance));
 }
@@ -68,6 +68,11 @@ void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::In
 }
 
 }  // namespace
+
+bool IsUnprotected(const InstanceEntry& instance, const WorkerEntry& worker) {
+  const bool has_others = instance.record.map().regions_size() > 1;
+  return worker.report.unprotected() || (has_others && StandbyOf(instance.record, worker.region) == 0);
+}
 
 double ImbalanceOf(const InstanceEntry& instance) {
   RegionLoads loads;

@@ -9,6 +9,10 @@ namespace tessera::control {
 // The stored state, or DEGRADED.
 v1::InstanceState StateOf(const InstanceEntry& instance);
 
+// Whether the death of this region's worker now would cost time or bodies: its standby has no whole copy, or it has no
+// standby though there are other regions.
+bool IsUnprotected(const InstanceEntry& instance, const WorkerEntry& worker);
+
 // Step time of the busiest region by the mean of all; 0: not all have told theirs.
 double ImbalanceOf(const InstanceEntry& instance);
 

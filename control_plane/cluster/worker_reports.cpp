@@ -93,10 +93,6 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   worker->reported = true;
   worker->reported_at = now.steady;
   worker->missed = 0;
-  // A world that is paused is to stand still, and has time to go on once it may.
-  if (before.tick() != report.tick() || before.phase() != report.phase() || report.world_paused()) {
-    worker->stepped_at = now.steady;
-  }
   instance->newest_tick = std::max(instance->newest_tick, report.tick());
   StoreTakenOut(*instance, report);
   Certify(*instance, *worker, was_bound, host);

@@ -52,19 +52,6 @@ TEST_F(WorkerReportsTest, AnAddressThatIsNewGoesIntoAllOrders) {
   EXPECT_FALSE(instance_.workers[0].bound()) << "that is no port";
 }
 
-TEST_F(WorkerReportsTest, AWorkerStepsWhenItsTickGoesOnAndWhileItsWorldIsPaused) {
-  v1::WorkerReport report = ReportOf(1);
-  report.set_tick(7);
-  Take(report);
-  const Steady stepped = rig_.now.steady;
-  rig_.Pass(std::chrono::milliseconds(500));
-  Take(report);
-  EXPECT_EQ(instance_.workers[0].stepped_at, stepped) << "the same tick again";
-  report.set_world_paused(true);
-  Take(report);
-  EXPECT_EQ(instance_.workers[0].stepped_at, rig_.now.steady);
-}
-
 TEST_F(WorkerReportsTest, TheNewestTickIsKeptWhenTheWorkerThatToldItIsGone) {
   v1::WorkerReport report = ReportOf(1);
   report.set_tick(184);

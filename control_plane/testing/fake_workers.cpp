@@ -55,7 +55,8 @@ std::vector<v1::AgentMessage> FakeWorkers::Apply(const v1::DesiredSet& desired) 
 v1::AgentMessage FakeWorkers::Heartbeat() {
   v1::AgentMessage message;
   for (auto& [key, worker] : workers) {
-    const bool moves = worker.report.phase() == v1::WORKER_PHASE_RUNNING && worker.inventory.version() == 0;
+    const bool moves = worker.report.phase() == v1::WORKER_PHASE_RUNNING && worker.inventory.version() == 0 &&
+                       !still.contains(key.second);
     if (moves) worker.report.set_tick(worker.report.tick() + 15);
   }
   message.mutable_heartbeat()->set_desired_revision(acted_revision_);
@@ -131,6 +132,12 @@ void FakeWorkers::Follow(FakeWorker& worker) const {
                    : worker.order.run() ? v1::WORKER_PHASE_RUNNING
                                         : v1::WORKER_PHASE_LINKED);
   report.set_order_revision(worker.order.revision());
+  report.clear_linked_regions();
+  for (const v1::RegionAddress& peer : worker.order.peers()) {
+    if (!unlinked.contains(peer.region()) && !unlinked.contains(worker.order.region())) {
+      report.add_linked_regions(peer.region());
+    }
+  }
   if (!connect_players) return;
   report.clear_connected_players();
   for (const v1::Player& player : worker.order.players()) {

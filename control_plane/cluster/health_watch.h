@@ -1,0 +1,65 @@
+// HealthWatch: faults of a running instance that only time shows.
+//
+//   uncovered   a region whose standby has had no whole copy of it, or that has no standby, for kStandbyPatience
+//   still       a region that has not made a step, or is not known to, for kStillAfter
+//   cut         two neighbours without a link for kCutAfter
+//
+// A world of one region has no standby by its nature, and is not uncovered. Faults of hosts that are lost, and of
+// workers that have ended, are told elsewhere. Time in which nobody looked proves nothing: it does not count.
+//
+//   const HealthFaults faults = watch.Look(instance, now);
+//
+// Call it about every kTimerInterval. Thread rule: as Cluster.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/now.h"
+
+namespace tessera::control {
+
+struct HealthFaults {
+  std::vector<std::string> uncovered;  // "region 2 on alpha: its standby, region 3 on beta, has no whole copy"
+  std::vector<std::uint32_t> still;    // regions
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> cut;
+
+  // One line of all; empty in good health.
+  std::string Text() const;
+};
+
+class HealthWatch {
+ public:
+  explicit HealthWatch(const ClusterState& state) : state_(state) {}
+
+  HealthFaults Look(const InstanceEntry& instance, Now now);
+  void Forget(std::uint64_t number) { watched_.erase(number); }
+
+ private:
+  struct Region {
+    std::uint64_t tick = 0;
+    Steady stepped_at{0};       // when the tick was first seen
+    Steady uncovered_since{0};  // 0: it is covered
+  };
+  struct Watched {
+    std::map<std::uint64_t, Region> regions;                              // by incarnation
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Steady> cut_since;  // lower region first
+    Steady looked_at{0};
+  };
+
+  static void Forgive(Watched& watched, Steady unseen);
+  void LookAtRegion(const InstanceEntry& instance, std::size_t index, Region& region, HealthFaults& faults,
+                    Now now) const;
+  void LookAtLinks(const InstanceEntry& instance, Watched& watched, HealthFaults& faults, Now now) const;
+  bool Counts(const InstanceEntry& instance, std::size_t index) const;
+  std::string NameOfRegion(const InstanceEntry& instance, std::uint32_t region) const;
+
+  const ClusterState& state_;
+  std::map<std::uint64_t, Watched> watched_;  // by number of the instance
+};
+
+}  // namespace tessera::control

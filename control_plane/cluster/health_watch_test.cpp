@@ -1,0 +1,133 @@
+#include "control_plane/cluster/health_watch.h"
+
+#include <gmock/gmock.h>
+
+#include "control_plane/standbys.h"
+#include "control_plane/testing/state_rig.h"
+
+namespace tessera::control {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::Pair;
+
+// Two regions on two hosts, each the other's standby, whose workers step and hear each other unless a test says not.
+class HealthWatchTest : public ::testing::Test {
+ protected:
+  HealthWatchTest() {
+    for (WorkerEntry& worker : instance_.workers) worker.report.add_linked_regions(3 - worker.region);
+  }
+  // As the timer would look, for so long; the faults at the end.
+  HealthFaults Pass(milliseconds span) {
+    HealthFaults faults;
+    for (milliseconds passed{0}; passed < span; passed += milliseconds(100)) {
+      rig_.Pass(milliseconds(100));
+      for (WorkerEntry& worker : instance_.workers) {
+        if (!still_.contains(worker.region)) worker.report.set_tick(worker.report.tick() + 6);
+      }
+      faults = watch_.Look(instance_, rig_.now);
+    }
+    return faults;
+  }
+  void Change(const std::function<void(records::Instance&)>& change) {
+    records::Instance next = instance_.record;
+    change(next);
+    ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
+  }
+
+  StateRig rig_;
+  HostEntry &alpha_ = rig_.AddHost("alpha"), &beta_ = rig_.AddHost("beta");
+  InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &beta_});
+  std::set<std::uint32_t> still_;  // regions that do not step
+  HealthWatch watch_{*rig_.state};
+};
+
+TEST_F(HealthWatchTest, AWorldInGoodHealthHasNoFaults) { EXPECT_EQ(Pass(seconds(20)).Text(), ""); }
+
+TEST_F(HealthWatchTest, AStandbyWithoutAWholeCopyIsNamedAfterItsPatience) {
+  instance_.workers[1].report.clear_standby_copies();
+  EXPECT_EQ(Pass(seconds(5)).Text(), "") << "a copy takes a moment";
+  EXPECT_EQ(Pass(milliseconds(200)).Text(), "region 1 on alpha: its standby, region 2 on beta, has no whole copy");
+  v1::StandbyStatus& copy = *instance_.workers[1].report.add_standby_copies();
+  copy.set_incarnation(instance_.workers[0].incarnation);
+  EXPECT_EQ(Pass(milliseconds(100)).Text(), "");
+}
+
+TEST_F(HealthWatchTest, ARegionWhoseStandbyDoesNotTakeItsLogIsUncovered) {
+  instance_.workers[0].report.set_unprotected(true);
+  EXPECT_THAT(Pass(milliseconds(5200)).uncovered, ElementsAre("region 1 on alpha: its standby, region 2 on beta, has "
+                                                              "no whole copy"));
+}
+
+TEST_F(HealthWatchTest, ARegionWithoutAStandbyIsNamedThoughOthersAreThere) {
+  Change([](records::Instance& next) { next.mutable_map()->mutable_regions(1)->set_standby(0); });
+  EXPECT_EQ(Pass(milliseconds(5200)).Text(), "region 2 on beta: it has no standby");
+}
+
+TEST_F(HealthWatchTest, AWorldOfOneRegionHasNoneByItsNature) {
+  InstanceEntry& alone = rig_.AddRunning({&alpha_});
+  HealthFaults faults;
+  for (int i = 0; i < 100; ++i) {
+    rig_.Pass(milliseconds(100));
+    alone.workers[0].report.set_tick(alone.workers[0].report.tick() + 6);
+    faults = watch_.Look(alone, rig_.now);
+  }
+  EXPECT_EQ(faults.Text(), "");
+}
+
+TEST_F(HealthWatchTest, ARegionThatDoesNotStepIsStillWithinTwoSeconds) {
+  still_ = {2};
+  EXPECT_THAT(Pass(seconds(2)).still, IsEmpty());
+  EXPECT_EQ(Pass(milliseconds(200)).Text(), "no steps are known of region 2");
+  still_ = {1, 2};
+  EXPECT_EQ(Pass(milliseconds(2200)).Text(), "no steps are known of regions 1, 2");
+  still_ = {};
+  EXPECT_EQ(Pass(milliseconds(100)).Text(), "");
+}
+
+TEST_F(HealthWatchTest, APauseAFailoverAndASlowPaceAreNoFaults) {
+  still_ = {1, 2};
+  Change([](records::Instance& next) { next.mutable_map()->mutable_terms()->set_paused(true); });
+  EXPECT_EQ(Pass(seconds(10)).Text(), "");
+  Change([](records::Instance& next) {
+    next.mutable_map()->clear_terms();
+    next.mutable_failover()->add_dead()->set_region(3);
+  });
+  EXPECT_EQ(Pass(seconds(10)).Text(), "") << "that is told of as a failover";
+  Change([](records::Instance& next) {
+    next.clear_failover();
+    next.mutable_map()->mutable_terms()->set_ticks_per_second(1);
+  });
+  EXPECT_EQ(Pass(milliseconds(2400)).Text(), "") << "a step a second";
+  EXPECT_THAT(Pass(milliseconds(300)).still, ElementsAre(1, 2));
+}
+
+TEST_F(HealthWatchTest, NeighboursWithoutALinkAreNamed) {
+  instance_.workers[1].report.clear_linked_regions();
+  EXPECT_EQ(Pass(seconds(5)).Text(), "");
+  const HealthFaults faults = Pass(milliseconds(200));
+  EXPECT_THAT(faults.cut, ElementsAre(Pair(1, 2)));
+  EXPECT_EQ(faults.Text(), "regions 1 and 2 have no link");
+}
+
+TEST_F(HealthWatchTest, TimeInWhichNobodyLookedProvesNothing) {
+  still_ = {1};
+  instance_.workers[0].report.set_unprotected(true);
+  instance_.workers[1].report.clear_linked_regions();
+  Pass(milliseconds(100));
+  rig_.Pass(seconds(30));  // this process stood still
+  EXPECT_EQ(watch_.Look(instance_, rig_.now).Text(), "");
+}
+
+TEST_F(HealthWatchTest, WhatIsToldOtherwiseIsNotToldTwice) {
+  still_ = {1, 2};
+  beta_.lost = true;
+  instance_.workers[0].gone = true;
+  EXPECT_EQ(Pass(seconds(10)).Text(), "");
+}
+
+}  // namespace
+}  // namespace tessera::control
