@@ -127,11 +127,11 @@ nlohmann::ordered_json SummaryJson(const local::RunSummary& summary, const nlohm
 }
 
 // The page's address comes first: everything else can be seen there.
-void ShowPage(const DemoOptions& options, const std::string& address) {
+void ShowPage(const DemoOptions& options, const std::string& url) {
   std::cout << fmt::format(
-                   "page: http://{}/\nTry there: join and steer with the keys, end a worker and watch another take "
+                   "page: {}\nTry there: join and steer with the keys, end a worker and watch another take "
                    "over, scale.\nStarting {} on {} workers with {} bots. Ctrl-C ends it.\n",
-                   address, options.scene, options.regions, options.bots)
+                   url, options.scene, options.regions, options.bots)
             << std::flush;
 }
 
@@ -147,7 +147,7 @@ void Demo(const DemoOptions& options) {
                        .bots_come_back = true,
                        .page_listen = options.json ? "" : options.page_listen,
                        .on_cluster = [&options](const local::LocalCluster& cluster) {
-                         if (!options.json) ShowPage(options, cluster.page_address());
+                         if (!options.json) ShowPage(options, cluster.page_url());
                        }});
   LiveTable table;
   bool running = true;

@@ -2,18 +2,23 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/strip.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/signals.h"
 #include "cli/table.h"
+#include "host/files.h"
 #include "host/socket_address.h"
 #include "local_cluster/command_error.h"
 #include "telemetry/http_get.h"
+#include "trust/control_address.h"
 
 namespace tessera::cli {
 namespace {
@@ -25,10 +30,33 @@ using nlohmann::ordered_json;
 constexpr auto kBeginTimeout = 20s;
 constexpr auto kAskAgain = 100ms;
 
+constexpr std::size_t kMaxSecretBytes = 1024;
+
 struct RecordOptions {
   std::string gateway = "127.0.0.1:7710";
-  std::string instance;
+  std::string instance, token_file;
 };
+
+// What proves the right to have a world recorded: the token of the file, else the key of the gateway of `tessera up`,
+// which goes to no other machine. Empty: neither is there, and the gateway says what it needs.
+std::string SecretFor(const Globals& globals, const RecordOptions& options) {
+  std::string file = options.token_file;
+  if (file.empty()) {
+    const auto control = trust::ParseControlAddress(ControlOf(globals).address, host::PortRule::kFrom1);
+    const auto gateway = host::ParseSocketAddress(options.gateway, host::PortRule::kFrom1);
+    if (!control.ok() || !control->is_socket() || !gateway.ok() || !host::IsLoopback(gateway->host)) return "";
+    file = trust::PageKeyFile(control->socket_path);
+  }
+  const auto text = host::ReadFile(file, kMaxSecretBytes);
+  if (!text.ok() && !options.token_file.empty()) {
+    throw local::CommandError(fmt::format("--token-file {}", std::string(text.status().message())));
+  }
+  const std::string secret(absl::StripAsciiWhitespace(text.ok() ? *text : ""));
+  // It stands in a header of the request.
+  const bool printable = std::all_of(secret.begin(), secret.end(), [](char c) { return c > ' ' && c < 127; });
+  if (!printable) throw local::CommandError(fmt::format("{}: holds no token", file));
+  return secret;
+}
 
 ordered_json Take(const char* command, const RecordOptions& options,
                   const absl::StatusOr<telemetry::HttpAnswer>& answer) {
@@ -45,9 +73,10 @@ ordered_json Take(const char* command, const RecordOptions& options,
   return body;
 }
 
-ordered_json Order(const char* command, const RecordOptions& options, const char* order) {
+ordered_json Order(const Globals& globals, const char* command, const RecordOptions& options, const char* order) {
   return Take(command, options,
-              telemetry::HttpPost(options.gateway, fmt::format("/api/recordings/{}/{}", options.instance, order)));
+              telemetry::HttpPost(options.gateway, fmt::format("/api/recordings/{}/{}", options.instance, order),
+                                  SecretFor(globals, options)));
 }
 
 void Print(const Globals& globals, const ordered_json& state, const std::string& line) {
@@ -65,7 +94,7 @@ void Start(const Globals& globals, const RecordOptions& options) {
   const auto end = std::chrono::steady_clock::now() + kBeginTimeout;
   ordered_json state;
   do {
-    state = Order("record start", options, "start");
+    state = Order(globals, "record start", options, "start");
     if (const std::string problem = state.value("problem", ""); !problem.empty()) {
       throw local::CommandError("record start: " + problem);
     }
@@ -73,13 +102,13 @@ void Start(const Globals& globals, const RecordOptions& options) {
       return Print(globals, state, fmt::format("{} is recorded into {}", options.instance, state.value("file", "")));
     }
   } while (!stop.Wait(kAskAgain) && std::chrono::steady_clock::now() < end);
-  (void)Order("record start", options, "stop");
+  (void)Order(globals, "record start", options, "stop");
   throw local::CommandError(
       fmt::format("record start: {} did not let the gateway in; nothing is recorded", options.instance));
 }
 
 void Stop(const Globals& globals, const RecordOptions& options) {
-  const ordered_json state = Order("record stop", options, "stop");
+  const ordered_json state = Order(globals, "record stop", options, "stop");
   const std::string file = state.value("file", "");
   if (file.empty()) {
     return Print(globals, state, fmt::format("{} was not recorded", options.instance));
@@ -121,6 +150,8 @@ void AddRecordCommands(CLI::App& app, Globals& globals) {
     CLI::App* command = record->add_subcommand(name, what);
     if (of_instance) {
       command->add_option("id", options->instance, "Id of the instance, as 'instance list' shows it")->required();
+      command->add_option("--token-file", options->token_file,
+                          "File with an operator's token, sent to the gateway (default: the key of `tessera up`)");
     }
     command->add_option("--gateway", options->gateway, "HTTP address of the gateway")
         ->envname("TESSERA_GATEWAY")

@@ -115,7 +115,7 @@ void Up(const Globals& globals, const UpOptions& options) {
   local::Connection control(cluster.control_address());
   const std::vector<std::string> left_over = DescribeLeftOver(control);
   if (globals.format == Format::kJson) {
-    std::cout << nlohmann::ordered_json{{"page", fmt::format("http://{}/", cluster.page_address())},
+    std::cout << nlohmann::ordered_json{{"page", cluster.page_url()},
                                         {"control", cluster.control_address()},
                                         {"operators", cluster.operators_address()},
                                         {"players", cluster.players_address()},
@@ -125,7 +125,7 @@ void Up(const Globals& globals, const UpOptions& options) {
                                         {"left_over", left_over}}
               << std::endl;
   } else {
-    std::cout << fmt::format("page: http://{}/\n", cluster.page_address());
+    std::cout << fmt::format("page: {}\n", cluster.page_url());
     for (const std::string& line : left_over) std::cout << line << "\n";
     std::cout << fmt::format(
                      "control plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs         "

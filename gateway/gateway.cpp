@@ -5,9 +5,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "gateway/orders.h"
-#include "spdlog/spdlog.h"
-#include "telemetry/log_value.h"
 
 namespace tessera::gateway {
 namespace {
@@ -123,7 +120,7 @@ void Gateway::Receive(ViewerId id, std::string_view text, TimePoint now) {
   const std::uint64_t bad = session.bad_messages();
   const std::optional<ViewerMessage> message = session.Receive(text, now);
   (session.bad_messages() == bad ? metrics_.messages : metrics_.bad_messages).Increment();
-  if (message) Carry(id, found->second, *message);
+  if (message) Carry(id, found->second, *message, now);
 }
 
 void Gateway::ReceiveBad(ViewerId id, const std::string& why, TimePoint now) {
@@ -133,10 +130,11 @@ void Gateway::ReceiveBad(ViewerId id, const std::string& why, TimePoint now) {
   found->second.session.ReceiveBad(why, now);
 }
 
-void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message) {
+void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message, TimePoint now) {
   if (const auto* join = std::get_if<JoinWorld>(&message)) return Join(id, viewer, join->name);
   if (std::holds_alternative<LeaveWorld>(message)) return StopPlaying(viewer);
   if (const auto* order = std::get_if<Order>(&message)) return GiveOrder(id, viewer, *order);
+  if (const auto* shown = std::get_if<Authorize>(&message)) return TakeRight(id, viewer, *shown, now);
   if (const auto* play = std::get_if<PlayControl>(&message); play != nullptr && viewer.played != nullptr) {
     return viewer.played->Take(*play);
   }
@@ -151,12 +149,15 @@ void Gateway::Join(ViewerId id, Viewer& viewer, const std::string& name) {
     metrics_.refused_full.Increment();
     return viewer.session.Report(PlayersFull(), true);
   }
+  // Who has shown a right plays by it; others by the gateway's.
+  trust::Credentials credentials = options_.control.credentials;
+  if (!viewer.token.empty()) credentials.bearer_token = viewer.token;
   const client::JoinOptions options{.control_address = options_.control.address,
                                     .instance_id = viewer.instance,
                                     .player_name = name,
                                     .deadline = kPlayerJoinDeadline,
                                     .predict = true,
-                                    .credentials = options_.control.credentials};
+                                    .credentials = std::move(credentials)};
   const ViewSource* watched = viewer.world->source();
   const std::shared_ptr<const SceneBook> book = watched == nullptr ? nullptr : watched->book();
   const bool queued = background_.Run([this, id, options, book]() -> Background::Done {
@@ -207,48 +208,6 @@ void Gateway::Leave(std::unique_ptr<client::Client> client) {
     (void)leaving->Leave(kLeaveDeadline);
     return nullptr;
   });
-}
-
-void Gateway::GiveOrder(ViewerId id, Viewer& viewer, const Order& order) {
-  const std::string name(NameOf(order.kind));
-  if (!options_.orders) {
-    metrics_.orders_refused.Increment();
-    return viewer.session.Answer(
-        order.number,
-        absl::PermissionDeniedError("not_allowed: this gateway takes no orders; it was started without --orders"), "");
-  }
-  if (viewer.world == nullptr) {
-    return viewer.session.Answer(order.number, absl::FailedPreconditionError("a recording takes no orders"), "");
-  }
-  if (order.kind == OrderKind::kRecord) {
-    const auto recorded = Record(viewer.instance, order.on);
-    const std::string done = order.on ? "is recorded" : "is no longer recorded";
-    return viewer.session.Answer(order.number, recorded.status(), recorded.ok() ? done : "");
-  }
-  OrderContext context{.instance = viewer.instance, .workers_are_here = options_.workers_are_here};
-  if (const ViewSource* source = viewer.world->source(); source != nullptr) {
-    for (const PropertyDef& property : const_cast<ViewSource*>(source)->client().scene().properties) {
-      if (property.name == order.property) context.declared = property.initial;
-    }
-  }
-  if (const v1::Instance* state = viewer.world->state()) {
-    for (const v1::RegionStatus& status : state->region_status()) {
-      if (status.region() == order.region) context.worker_pid = status.report().identity().pid();
-    }
-  }
-  const bool queued = background_.Run([this, id, order, context, channel = services_.channel]() -> Background::Done {
-    auto done = std::make_shared<absl::StatusOr<std::string>>(CarryOut(order, context, channel));
-    return [this, id, order, instance = context.instance, done] {
-      spdlog::info("order instance={} order={} result={}", telemetry::LogValue(instance), NameOf(order.kind),
-                   telemetry::LogValue(done->ok() ? **done : std::string(done->status().message())));
-      (done->ok() ? metrics_.orders_done : metrics_.orders_failed).Increment();
-      const auto found = viewers_.find(id);
-      if (found != viewers_.end()) {
-        found->second.session.Answer(order.number, done->status(), done->ok() ? **done : "");
-      }
-    };
-  });
-  if (!queued) viewer.session.Answer(order.number, absl::ResourceExhaustedError(name + ": too many orders wait"), "");
 }
 
 // --- Time passes -----------------------------------------------------------------------------------------------------
@@ -312,34 +271,6 @@ void Gateway::TickWorlds(TimePoint now) {
 bool Gateway::idle() const {
   return viewers_.empty() && std::none_of(worlds_.begin(), worlds_.end(),
                                           [](const auto& world) { return world.second.world->recording(); });
-}
-
-absl::StatusOr<RecordingState> Gateway::Record(const std::string& instance, bool on) {
-  if (!options_.orders) {
-    metrics_.orders_refused.Increment();
-    return absl::PermissionDeniedError("this gateway takes no orders; it was started without --orders");
-  }
-  const auto found = worlds_.find(instance);
-  if (found == worlds_.end()) {
-    if (!on) return RecordingState{};
-    // Whether there is such an instance its join will say.
-    if (worlds_.size() >= options_.max_viewers) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat("this gateway has ", worlds_.size(), " worlds; see --max-viewers"));
-    }
-  } else if (const auto& problem = found->second.world->problem(); problem && on) {
-    const auto code = problem->code == "no_world" ? absl::StatusCode::kNotFound : absl::StatusCode::kUnavailable;
-    return absl::Status(code, problem->text);
-  }
-  World& world = WorldOf(instance);
-  if (world.viewers == 0) world.unwatched_since = std::chrono::steady_clock::now();
-  if (on == world.world->recording()) return world.world->recording_state();
-  const absl::Status status = world.world->SetRecording(on);
-  spdlog::info("order instance={} order=record on={} result={}", telemetry::LogValue(instance), on,
-               telemetry::LogValue(status.ok() ? "done" : std::string(status.message())));
-  (status.ok() ? metrics_.orders_done : metrics_.orders_failed).Increment();
-  if (!status.ok()) return status;
-  return world.world->recording_state();
 }
 
 std::optional<OutgoingMessage> Gateway::Next(ViewerId id, TimePoint now) {

@@ -21,6 +21,7 @@
 
 #include "gateway/background.h"
 #include "gateway/gateway_metrics.h"
+#include "gateway/orders.h"
 #include "gateway/played_recording.h"
 #include "gateway/viewer_session.h"
 #include "gateway/watched_world.h"
@@ -30,8 +31,10 @@ namespace tessera::gateway {
 
 struct GatewayOptions {
   trust::ControlPoint control;
-  bool orders = false;            // viewers may give orders
-  bool workers_are_here = false;  // and end workers, which are processes of this machine
+  // Who shows it gives orders by the rights of the socket `control`; empty: nobody does. At another control plane
+  // viewers show access tokens instead.
+  std::string key;
+  bool workers_are_here = false;  // orders may end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;
   std::string recordings_dir;  // empty: no recordings
   RecordingLimits recording_limits{};
@@ -68,10 +71,12 @@ class Gateway {
   // Nobody watches, and nothing is recorded.
   bool idle() const;
 
-  // Records the world, which need not be watched, or ends that; asked again, how far that is. Errors: NOT_FOUND (no
-  // such instance), PERMISSION_DENIED (no orders here), those of WatchedWorld::SetRecording, UNAVAILABLE (it ended
-  // unasked).
-  absl::StatusOr<RecordingState> Record(const std::string& instance, bool on);
+  using Recorded = std::function<void(const absl::StatusOr<RecordingState>&)>;
+  // Records the world, which need not be watched, or ends that; asked again, how far that is. `shown` is the key, or an
+  // access token. `done` is called from here, or from Tick once the control plane has said who that is. Errors:
+  // NOT_FOUND (no such instance), PERMISSION_DENIED and UNAUTHENTICATED (what was shown is not enough), those of
+  // WatchedWorld::SetRecording, UNAVAILABLE (it ended unasked).
+  void Record(const std::string& instance, bool on, const std::string& shown, Recorded done);
   std::vector<ListedRecording> Recordings() const { return services_.recordings.List(); }
 
  private:
@@ -85,6 +90,10 @@ class Gateway {
     ViewerSession session{};
     std::optional<Playing> playing{};
     std::unique_ptr<PlayedRecording> played{};  // instead of a world
+    // To the control plane by the right that this viewer has shown; null: none. `token`: that right, empty for the key.
+    std::shared_ptr<grpc::Channel> right{};
+    std::string token{};
+    bool authorizing = false;
   };
   struct World {
     std::shared_ptr<WatchedWorld> world;  // another one once it is over; its viewers keep the old one
@@ -96,13 +105,21 @@ class Gateway {
   Viewer* Admit(ViewerId& id);
   Problem PlayersFull() const;
   World& WorldOf(const std::string& instance);
-  void Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message);
+  void Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message, TimePoint now);
   void Join(ViewerId id, Viewer& viewer, const std::string& name);
   void Joined(ViewerId id, absl::StatusOr<std::unique_ptr<client::Client>> joined,
               std::shared_ptr<const SceneBook> book);
   void StopPlaying(Viewer& viewer);
   void Leave(std::unique_ptr<client::Client> client);
+  void TakeRight(ViewerId id, Viewer& viewer, const Authorize& shown, TimePoint now);
+  void TookRight(ViewerId id, const Authorize& shown, const absl::StatusOr<std::shared_ptr<grpc::Channel>>& right);
   void GiveOrder(ViewerId id, Viewer& viewer, const Order& order);
+  void OrderDone(ViewerId id, const Order& order, const absl::StatusOr<std::string>& done);
+  OrderContext ContextOf(const Viewer& viewer, const Order& order) const;
+  // Which right an order needs here, and the line that says so: "token" or "key"; empty: no right helps.
+  std::string Needs() const;
+  absl::Status WithoutRight() const;
+  absl::StatusOr<RecordingState> SetRecording(const std::string& instance, bool on);
   void TickPlayer(Viewer& viewer, TimePoint now);
   void TickWorlds(TimePoint now);
 

@@ -94,10 +94,10 @@ Problem ProblemOf(const absl::Status& status) {
     // No time helps: the gateway needs another token.
     case absl::StatusCode::kPermissionDenied:
     case absl::StatusCode::kUnauthenticated:
-      return {
-          .code = "not_allowed",
-          .text = absl::StrCat(text, "; start the gateway with --token-file and a viewer's token, or an operator's ",
-                               "where viewers play or give orders (tessera token create)")};
+      return {.code = "not_allowed",
+              .text = absl::StrCat(text,
+                                   "; start the gateway with --token-file and a viewer's token (tessera token create); "
+                                   "who plays shows an operator's of his own, or has it from the gateway")};
     default:
       return {.code = "no_control_plane", .text = text, .again_s = 2};
   }
@@ -216,11 +216,14 @@ std::string DetailMessage(const client::Client& client, BodyId body) {
   return Text(message);
 }
 
-std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text) {
-  return Text({{"type", "answer"},
+std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text,
+                          const std::string& needs) {
+  Json message{{"type", "answer"},
                {"number", number},
                {"ok", status.ok()},
-               {"text", status.ok() ? text : std::string(status.message())}});
+               {"text", status.ok() ? text : std::string(status.message())}};
+  if (!needs.empty()) message["needs"] = needs;
+  return Text(message);
 }
 
 std::string RecordingMessage(const RecordingState& state) {

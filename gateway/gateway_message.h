@@ -50,7 +50,9 @@ std::string EventsMessage(const std::vector<v1::InstanceEvent>& events);
 std::string MetMessage(const client::ClientEvent& event);
 // The body that a viewer has selected; it is gone where the client does not see it.
 std::string DetailMessage(const client::Client& client, BodyId body);
-std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text);
+// `needs`: the right that the order lacks, "token" or "key"; empty: none.
+std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text,
+                          const std::string& needs = "");
 
 // What becomes of a recording of the world.
 struct RecordingState {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gateway/orders.h"
-#include "gateway/web_server.h"
+#include "gateway/web_request.h"
 
 namespace tessera::gateway {
 namespace {

@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 
 #include "gateway/gateway.h"
+#include "gateway/visitor_right.h"
 #include "gateway/web_server.h"
 #include "host/files.h"
 #include "host/program_folder.h"
@@ -34,7 +35,7 @@ constexpr std::size_t kMaxTokenFileBytes = 1024;
 
 struct GatewayFlags {
   std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
-  std::string page, ready_file, token_file, log_level;
+  std::string page, ready_file, token_file, key_file, log_level;
   std::vector<std::string> allow_origins;
   GatewayOptions options;
   std::uint64_t recording_mb = 1000, recordings_mb = 10'000;
@@ -68,6 +69,16 @@ absl::Status AnnounceReady(const GatewayFlags& flags, const std::string& http, c
   return absl::OkStatus();
 }
 
+// Makes the key of this start, where one is wanted, before anybody can ask for it.
+absl::Status PlaceKey(const std::string& file, const host::SocketAddress& listen, GatewayOptions& options) {
+  if (file.empty()) return absl::OkStatus();
+  if (absl::Status status = CheckKeyPlaces(options.control.address, listen); !status.ok()) return status;
+  options.key = MakeKey();
+  const absl::Status written = host::WriteFile(file, options.key + "\n", host::Durability::kSurvivesProcess);
+  if (!written.ok()) return absl::UnavailableError(absl::StrCat("--key-file ", written.message()));
+  return absl::OkStatus();
+}
+
 absl::Status Run(const GatewayFlags& flags) {
   // Blocked before any thread is made; the loop asks for them.
   sigset_t signals;
@@ -95,6 +106,7 @@ absl::Status Run(const GatewayFlags& flags) {
   } else if (const char* token = std::getenv("TESSERA_TOKEN"); token != nullptr) {
     options.control.credentials.bearer_token = token;
   }
+  if (absl::Status key = PlaceKey(flags.key_file, *listen, options); !key.ok()) return key;
   const auto channel = DialControl(options.control);
   if (!channel.ok())
     return absl::Status(channel.status().code(), absl::StrCat("--control ", channel.status().message()));
@@ -142,8 +154,11 @@ int main(int argc, char** argv) {
          "the control plane: unix:PATH or HOST:PORT#FINGERPRINT; default the socket of this user's `tessera up`")
       ->envname("TESSERA_CONTROL");
   app.add_option("--token-file", flags.token_file,
-                 "a file with the secret of a viewer's access token, or an operator's where viewers play or give "
-                 "orders; default TESSERA_TOKEN; not needed at a socket");
+                 "a file with the secret of a viewer's access token, or an operator's where visitors play without one "
+                 "of their own; default TESSERA_TOKEN; not needed at a socket");
+  app.add_option("--key-file", flags.key_file,
+                 "a file for a key that is made at each start: who shows it gives orders by the rights of the socket; "
+                 "only with --control unix:PATH and --listen at loopback");
   app.add_option("--listen", flags.listen, "HTTP address of the page and its viewers; port 0 takes a free one")
       ->check(is_address)
       ->capture_default_str();
@@ -153,7 +168,6 @@ int main(int argc, char** argv) {
   app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
   app.add_option("--allow-origin", flags.allow_origins,
                  "a further origin whose pages may connect, e.g. https://play.example; may be repeated");
-  app.add_flag("--orders", flags.options.orders, "viewers may give orders: scale, pause, restore and so on");
   app.add_flag("--local", flags.options.workers_are_here,
                "the whole cluster runs on this machine, so an order to end a worker kills its process");
   app.add_option("--max-viewers", flags.options.max_viewers, "viewers at once")

@@ -16,6 +16,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxNameBytes = 64;  // of hosts and properties
+constexpr std::size_t kMaxTokenBytes = 256, kMaxKeyBytes = 64;
+constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 53;  // of an order, and of a tick: where JavaScript's end
 
 // Reads fields of one object; after the first that is wrong all others are passed over.
 class Fields {
@@ -145,6 +147,16 @@ ViewerMessage ReadPlay(Fields& in) {
   return play;
 }
 
+ViewerMessage ReadAuthorize(Fields& in) {
+  Authorize authorize;
+  in.Need("number");
+  authorize.number = in.Whole("number", 0, kMaxNumber).value_or(0);
+  authorize.token = in.String("token", kMaxTokenBytes);
+  authorize.key = in.String("key", kMaxKeyBytes);
+  if (authorize.token.empty() == authorize.key.empty()) in.Refuse("token", "give it, or a key");
+  return authorize;
+}
+
 constexpr std::array<std::pair<std::string_view, OrderKind>, 10> kOrders{{{"scale", OrderKind::kScale},
                                                                           {"checkpoint", OrderKind::kCheckpoint},
                                                                           {"restore", OrderKind::kRestore},
@@ -159,7 +171,7 @@ constexpr std::array<std::pair<std::string_view, OrderKind>, 10> kOrders{{{"scal
 ViewerMessage ReadOrder(Fields& in) {
   Order order;
   in.Need("number");
-  order.number = in.Whole("number", 0, std::uint64_t{1} << 53).value_or(0);
+  order.number = in.Whole("number", 0, kMaxNumber).value_or(0);
   const std::string name = in.String("order", kMaxNameBytes);
   const auto kind =
       std::find_if(kOrders.begin(), kOrders.end(), [&](const auto& known) { return known.first == name; });
@@ -176,7 +188,7 @@ ViewerMessage ReadOrder(Fields& in) {
   if (order.kind == OrderKind::kSetProperty) need("body"), need("name"), need("value");
   order.regions = static_cast<std::uint32_t>(in.Whole("regions", 1, kMaxRegions).value_or(0));
   order.region = static_cast<std::uint32_t>(in.Whole("region", 1, 0xffffffff).value_or(0));
-  order.tick = in.Whole("tick", 0, std::uint64_t{1} << 53).value_or(0);
+  order.tick = in.Whole("tick", 0, kMaxNumber).value_or(0);
   order.ticks_per_second = in.Real("ticks_per_second", 1, kMaxTickRateHz).value_or(0);
   order.host = in.String("host", kMaxNameBytes);
   order.property = in.String("name", kMaxNameBytes);
@@ -200,7 +212,7 @@ absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text) {
   Fields in(message);
   const std::string type = in.String("type", kMaxNameBytes);
   absl::StatusOr<ViewerMessage> read =
-      absl::InvalidArgumentError("type: must be view, select, join, leave, steer, order or play");
+      absl::InvalidArgumentError("type: must be view, select, join, leave, steer, order, play or authorize");
   if (type == "view") read = ReadView(in);
   if (type == "select") read = Select{in.Body("body")};
   if (type == "join") read = ReadJoin(in);
@@ -208,6 +220,7 @@ absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text) {
   if (type == "steer") read = ReadSteer(in);
   if (type == "order") read = ReadOrder(in);
   if (type == "play") read = ReadPlay(in);
+  if (type == "authorize") read = ReadAuthorize(in);
   if (!in.status().ok()) return in.status();
   return read;
 }

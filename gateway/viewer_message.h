@@ -70,7 +70,13 @@ struct PlayControl {
   std::optional<int> step{};  // ticks, back if negative
 };
 
-using ViewerMessage = std::variant<SetView, Select, JoinWorld, LeaveWorld, Steer, Order, PlayControl>;
+// The right by which this viewer's orders are given from now on: one of the two.
+struct Authorize {
+  std::uint64_t number = 0;
+  std::string token{}, key{};
+};
+
+using ViewerMessage = std::variant<SetView, Select, JoinWorld, LeaveWorld, Steer, Order, PlayControl, Authorize>;
 
 // Errors: INVALID_ARGUMENT "rate_hz: must be a whole number from 1 to 60".
 absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text);

@@ -50,6 +50,10 @@ TEST(ViewerMessageTest, ReadsWhatAPlayerAndAnOperatorSend) {
   EXPECT_EQ(order.value, 80);
   EXPECT_EQ(NameOf(order.kind), "set_property");
   EXPECT_TRUE(Read<Order>(R"({"type":"order","number":4,"order":"record","on":true})").on);
+  const auto authorize = Read<Authorize>(R"({"type":"authorize","number":5,"token":"tsa_1"})");
+  EXPECT_EQ(authorize.number, 5u);
+  EXPECT_EQ(authorize.token, "tsa_1");
+  EXPECT_EQ(Read<Authorize>(R"({"type":"authorize","number":5,"key":"ab"})").key, "ab");
   const auto play = Read<PlayControl>(R"({"type":"play","paused":true,"speed":2,"step":-3})");
   EXPECT_EQ(play.paused, true);
   EXPECT_EQ(play.speed, 2);
@@ -63,7 +67,7 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot("{\"type\":\"view\""), "message: must be an object of JSON");
   EXPECT_EQ(WhyNot("\xff\xfe"), "message: must be an object of JSON");
   EXPECT_EQ(WhyNot(std::string(4000, '[')), "message: must be an object of JSON");
-  EXPECT_EQ(WhyNot(R"({"type":"dance"})"), "type: must be view, select, join, leave, steer, order or play");
+  EXPECT_EQ(WhyNot(R"({"type":"dance"})"), "type: must be view, select, join, leave, steer, order, play or authorize");
   EXPECT_EQ(WhyNot(R"({"type":7})"), "type: must be a text of at most 64 bytes");
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":0})"), "rate_hz: must be a whole number from 1 to 60");
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":30.5})"), "rate_hz: must be a whole number from 1 to 60");
@@ -81,6 +85,11 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"scale"})"), "regions: is missing");
   EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"scale","regions":5000})"),
             "regions: must be a whole number from 1 to 1000");
+  EXPECT_EQ(WhyNot(R"({"type":"authorize","token":"tsa_1"})"), "number: is missing");
+  EXPECT_EQ(WhyNot(R"({"type":"authorize","number":1})"), "token: give it, or a key");
+  EXPECT_EQ(WhyNot(R"({"type":"authorize","number":1,"token":"a","key":"b"})"), "token: give it, or a key");
+  EXPECT_EQ(WhyNot(R"({"type":"authorize","number":1,"token":")" + std::string(257, 'x') + "\"}"),
+            "token: must be a text of at most 256 bytes");
   EXPECT_EQ(WhyNot(R"({"type":"play","speed":0})"), "speed: must be a number from 0.1 to 16");
   EXPECT_EQ(WhyNot(R"({"type":"play","at_s":-1})"), "at_s: must be a number from 0 to 1e+09");
   EXPECT_EQ(WhyNot(R"({"type":"play","step":1.5})"), "step: must be a whole number");

@@ -61,11 +61,22 @@ void ViewerSession::ReceiveBad(const std::string& why, TimePoint now) {
   Report({.code = "bad_message", .text = last ? why + "; it was the tenth in a minute" : why}, last);
 }
 
-void ViewerSession::Answer(std::uint64_t number, const absl::Status& status, const std::string& text) {
+void ViewerSession::AnswerWrongRight(std::uint64_t number, const absl::Status& status, const std::string& needs,
+                                     TimePoint now) {
+  if (final_) return;
+  Answer(number, status, "", needs);
+  ++bad_messages_;
+  if (budget_.Strike(now)) {
+    Report({.code = "bad_message", .text = std::string(status.message()) + "; it was the tenth in a minute"}, true);
+  }
+}
+
+void ViewerSession::Answer(std::uint64_t number, const absl::Status& status, const std::string& text,
+                           const std::string& needs) {
   if (answers_.size() >= kMaxAnswers) {
     return Report({.code = "bad_message", .text = "order: more than 64 answers wait"}, true);
   }
-  answers_.push_back(AnswerMessage(number, status, text));
+  answers_.push_back(AnswerMessage(number, status, text, needs));
 }
 
 void ViewerSession::Report(Problem problem, bool final) {

@@ -94,7 +94,9 @@ class ViewerSession {
   // Something came that is no message: too long, or not a text.
   void ReceiveBad(const std::string& why, TimePoint now);
 
-  void Answer(std::uint64_t number, const absl::Status& status, const std::string& text);
+  void Answer(std::uint64_t number, const absl::Status& status, const std::string& text, const std::string& needs = "");
+  // A right that was shown is worth nothing: as bad as a bad message, so that nobody guesses on and on.
+  void AnswerWrongRight(std::uint64_t number, const absl::Status& status, const std::string& needs, TimePoint now);
   // Sends the problem; one that is final closes the viewer once it is sent.
   void Report(Problem problem, bool final);
   // Nothing more is to be sent: close with the code.

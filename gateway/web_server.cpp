@@ -1,6 +1,5 @@
 #include "gateway/web_server.h"
 
-#include <arpa/inet.h>
 #include <libwebsockets.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -17,6 +16,7 @@
 #include "absl/strings/strip.h"
 #include "gateway/page_files.h"
 #include "gateway/viewer_format.h"
+#include "gateway/web_request.h"
 #include "spdlog/spdlog.h"
 
 namespace tessera::gateway {
@@ -34,6 +34,8 @@ constexpr std::size_t kPagePiece_bytes = 32 * 1024;
 // A connection that has been silent for so long is asked whether it is there, and ended when it does not answer.
 constexpr std::uint16_t kPingAfter_s = 20, kHangUpAfter_s = 40;
 constexpr int kRequestTimeout_s = 10;
+// An order by HTTP waits for the control plane to say whose token it came with.
+constexpr int kOrderTimeout_s = 30;
 constexpr std::size_t kMaxInstanceName = 64;
 constexpr char kPlainText[] = "text/plain; charset=utf-8", kJson[] = "application/json";
 constexpr std::size_t kMaxRecordingName = 128;
@@ -48,64 +50,7 @@ void LogLine(int level, const char* line) {
   }
 }
 
-std::string HeaderOf(lws* wsi, lws_token_indexes header) {
-  std::array<char, 512> text{};
-  const int bytes = lws_hdr_copy(wsi, text.data(), text.size(), header);
-  return bytes > 0 ? std::string(text.data(), static_cast<std::size_t>(bytes)) : "";
-}
-
-// The name in "name:port"; "[::1]" in "[::1]:80".
-std::string NameIn(const std::string& host) {
-  const std::size_t end = host.empty() || host[0] != '[' ? host.rfind(':') : host.find(']') + 1;
-  return host.substr(0, end);
-}
-
-bool IsAddress(const std::string& name) {
-  if (name == "localhost") return true;
-  std::array<unsigned char, sizeof(in6_addr)> address{};
-  if (inet_pton(AF_INET, name.c_str(), address.data()) == 1) return true;
-  return name.size() > 2 && name.front() == '[' && name.back() == ']' &&
-         inet_pton(AF_INET6, name.substr(1, name.size() - 2).c_str(), address.data()) == 1;
-}
-
-std::string WithoutScheme(const std::string& origin) {
-  const std::size_t at = origin.find("://");
-  return at == std::string::npos ? origin : origin.substr(at + 3);
-}
-
-bool IsName(absl::string_view name, std::size_t most) {
-  return !name.empty() && name.size() <= most && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
-           c == '.';
-  });
-}
-
-// Headers of all answers: a page loads nothing from elsewhere and is part of no other.
-const lws_protocol_vhost_options* Headers() {
-  static const lws_protocol_vhost_options referrer{nullptr, nullptr, "referrer-policy:", "no-referrer"};
-  static const lws_protocol_vhost_options sniff{&referrer, nullptr, "x-content-type-options:", "nosniff"};
-  static const lws_protocol_vhost_options policy{
-      &sniff, nullptr, "content-security-policy:",
-      "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; worker-src 'self' blob:; "
-      "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"};
-  return &policy;
-}
-
-bool AddHeader(lws* wsi, lws_token_indexes header, const std::string& value, unsigned char** at, unsigned char* end) {
-  return lws_add_http_header_by_token(wsi, header, reinterpret_cast<const unsigned char*>(value.data()),
-                                      static_cast<int>(value.size()), at, end) == 0;
-}
-
 }  // namespace
-
-bool MayConnect(const std::string& host, const std::string& origin, const std::vector<std::string>& allow_origins) {
-  const auto allowed = [&](const std::string& name) {
-    return std::any_of(allow_origins.begin(), allow_origins.end(),
-                       [&](const std::string& allow) { return allow == name || WithoutScheme(allow) == name; });
-  };
-  if (!IsAddress(NameIn(host)) && !allowed(host)) return false;
-  return origin.empty() || WithoutScheme(origin) == host || allowed(origin);
-}
 
 struct WebServer::Impl {
   // A connection of a viewer.
@@ -116,10 +61,16 @@ struct WebServer::Impl {
     bool too_long = false, asked_to_write = false;
   };
 
-  // The part of the page that an HTTP connection is being sent; null: none.
+  // The part of the page that an HTTP connection is being sent; null: none. Or the order that it waits for; 0: none.
   struct Download {
     const std::string* bytes = nullptr;
     std::size_t sent = 0;
+    std::uint64_t order = 0;
+  };
+  // An order by HTTP, until it is answered or its connection is gone.
+  struct Posted {
+    lws* wsi = nullptr;
+    std::optional<absl::StatusOr<RecordingState>> done;
   };
 
   static int OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
@@ -132,7 +83,8 @@ struct WebServer::Impl {
   }
   int Reply(lws* wsi, unsigned status, const char* type, const std::string& body);
   int Answer(lws* wsi, Download& download);
-  int Post(lws* wsi);
+  int Post(lws* wsi, Download& download);
+  int AnswerPost(lws* wsi, Download& download);
   int SendPage(lws* wsi, const PageFile& file, bool with_body, Download& download);
   static int SendMore(lws* wsi, Download& download);
   int FilterViewer(lws* wsi);
@@ -156,6 +108,8 @@ struct WebServer::Impl {
     Impl* owner = nullptr;
   } timer;
   std::map<ViewerId, Peer*> peers;
+  std::map<std::uint64_t, Posted> posted;
+  std::uint64_t last_posted = 0;
   std::size_t connections = 0;
   std::vector<unsigned char> out;
   std::mutex waking;
@@ -182,8 +136,9 @@ int WebServer::Impl::Reply(lws* wsi, unsigned status, const char* type, const st
   return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
 }
 
-// Ends or begins a recording: /api/recordings/INSTANCE/start. The body of the request is not read.
-int WebServer::Impl::Post(lws* wsi) {
+// Ends or begins a recording: /api/recordings/INSTANCE/start, by the right in the header `Authorization: Bearer ...`.
+// The body of the request is not read.
+int WebServer::Impl::Post(lws* wsi, Download& download) {
   const std::string path = HeaderOf(wsi, WSI_TOKEN_POST_URI);
   absl::string_view instance = path;
   const bool known = absl::ConsumePrefix(&instance, kRecordPath);
@@ -192,10 +147,35 @@ int WebServer::Impl::Post(lws* wsi) {
   if (gateway == nullptr || !known || (!on && !off) || !IsName(instance, kMaxInstanceName)) {
     return Reply(wsi, HTTP_STATUS_NOT_FOUND, kPlainText, "There is nothing to post to at this address.\n");
   }
-  const auto state = gateway->Record(std::string(instance), on);
+  const std::string header = HeaderOf(wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
+  absl::string_view shown = header;
+  if (!absl::ConsumePrefix(&shown, "Bearer ")) shown = "";
+  const std::uint64_t order = ++last_posted;
+  posted[order].wsi = wsi;
+  gateway->Record(std::string(instance), on, std::string(shown),
+                  [this, order](const absl::StatusOr<RecordingState>& done) {
+                    const auto waiting = posted.find(order);
+                    if (waiting == posted.end()) return;
+                    waiting->second.done = done;
+                    lws_callback_on_writable(waiting->second.wsi);
+                  });
+  download = {.order = order};
+  lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kOrderTimeout_s);
+  return 0;
+}
+
+int WebServer::Impl::AnswerPost(lws* wsi, Download& download) {
+  const auto waiting = posted.find(download.order);
+  if (waiting == posted.end() || !waiting->second.done) return 0;
+  const absl::StatusOr<RecordingState> state = *std::move(waiting->second.done);
+  posted.erase(waiting);
+  download = {};
   if (state.ok()) return Reply(wsi, HTTP_STATUS_OK, kJson, RecordingMessage(*state));
-  return Reply(wsi, absl::IsNotFound(state.status()) ? HTTP_STATUS_NOT_FOUND : HTTP_STATUS_CONFLICT, kPlainText,
-               absl::StrCat(state.status().message(), "\n"));
+  unsigned status = HTTP_STATUS_CONFLICT;
+  if (absl::IsNotFound(state.status())) status = HTTP_STATUS_NOT_FOUND;
+  if (absl::IsPermissionDenied(state.status())) status = HTTP_STATUS_FORBIDDEN;
+  if (absl::IsUnauthenticated(state.status())) status = HTTP_STATUS_UNAUTHORIZED;
+  return Reply(wsi, status, kPlainText, absl::StrCat(state.status().message(), "\n"));
 }
 
 // A browser asks each time whether what it has is still the newest, for the names of files stay the same.
@@ -217,7 +197,7 @@ int WebServer::Impl::SendPage(lws* wsi, const PageFile& file, bool with_body, Do
     return 1;
   }
   if (known || !with_body || body.empty()) return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
-  download = {.bytes = &body, .sent = 0};
+  download = {.bytes = &body};
   lws_callback_on_writable(wsi);
   return 0;
 }
@@ -242,7 +222,7 @@ int WebServer::Impl::SendMore(lws* wsi, Download& download) {
 }
 
 int WebServer::Impl::Answer(lws* wsi, Download& download) {
-  if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) > 0) return Post(wsi);
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) > 0) return Post(wsi, download);
   const bool with_body = lws_hdr_total_length(wsi, WSI_TOKEN_HEAD_URI) <= 0;
   const std::string path = HeaderOf(wsi, with_body ? WSI_TOKEN_GET_URI : WSI_TOKEN_HEAD_URI);
   if (const PageFile* file = page.Find(path)) return SendPage(wsi, *file, with_body, download);
@@ -289,9 +269,17 @@ int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, v
     }
     case LWS_CALLBACK_HTTP_WRITEABLE: {
       auto* const download = static_cast<Download*>(user);
+      if (download != nullptr && download->order != 0) return Of(wsi).AnswerPost(wsi, *download);
       if (download == nullptr || download->bytes == nullptr) break;
       return SendMore(wsi, *download);
     }
+    // An order says all in its headers; it is answered when it is done.
+    case LWS_CALLBACK_HTTP_BODY:
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+      return 0;
+    case LWS_CALLBACK_CLOSED_HTTP:
+      if (user != nullptr) Of(wsi).posted.erase(static_cast<Download*>(user)->order);
+      break;
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
       Of(wsi).Tick();
       return 0;
@@ -458,7 +446,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
   info.iface = me.options.listen.host == "0.0.0.0" ? nullptr : me.options.listen.host.c_str();
   info.protocols = me.protocols.data();
   info.mounts = &me.mount;
-  info.headers = Headers();
+  info.headers = CommonHeaders();
   info.user = impl.get();
   info.gid = static_cast<gid_t>(-1);
   info.uid = static_cast<uid_t>(-1);

@@ -30,10 +30,6 @@ struct WebOptions {
   std::size_t max_connections = 512;
 };
 
-// Whether a request with these headers is for this gateway, from a page of its own; either may be empty. `host` is
-// "127.0.0.1:7710", `origin` is "http://127.0.0.1:7710".
-bool MayConnect(const std::string& host, const std::string& origin, const std::vector<std::string>& allow_origins);
-
 class WebServer {
  public:
   // UNAVAILABLE: the address cannot be bound. Those of PageFiles::Read.

@@ -16,7 +16,7 @@ struct RenamedOption {
 };
 
 // One table serves all programs: none of them has an option by an old name.
-inline constexpr std::array<RenamedOption, 7> kRenamedOptions = {{
+inline constexpr std::array<RenamedOption, 8> kRenamedOptions = {{
     {"--data-dir", "--state-dir"},
     {"--http", "--metrics-listen"},
     {"--json", "-o json"},
@@ -24,6 +24,7 @@ inline constexpr std::array<RenamedOption, 7> kRenamedOptions = {{
     {"--failover-after-ms", "--failover-after (seconds)"},
     {"--lost-after-ms", "--lost-after (seconds)"},
     {"--metrics-port", "--metrics-listen (HOST:PORT)"},
+    {"--orders", "--key-file FILE (each visitor gives orders by a right of his own)"},
 }};
 
 // "--data-dir is called --state-dir now" for the first old name among the arguments before "--"; empty if there is

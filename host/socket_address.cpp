@@ -39,6 +39,12 @@ bool IsHostName(const std::string& text) {
   });
 }
 
+bool IsLoopback(const std::string& host) {
+  in_addr address{};
+  if (inet_pton(AF_INET, host.c_str(), &address) == 1) return ntohl(address.s_addr) >> 24 == 127;
+  return host == "::1" || host == "localhost";
+}
+
 absl::StatusOr<SocketAddress> ParseSocketAddress(const std::string& text, PortRule ports) {
   const std::size_t colon = text.rfind(':');
   SocketAddress address;

@@ -24,6 +24,9 @@ std::string ToString(const SocketAddress& address);
 // Whether `text` can be a host name or an IP address.
 bool IsHostName(const std::string& text);
 
+// Whether what is sent to this host stays on this machine: "127.0.0.1", "::1", "localhost".
+bool IsLoopback(const std::string& host);
+
 // Binds a TCP socket there and closes it again, for the reason that gRPC does not report. UNAVAILABLE: "address
 // 127.0.0.1:7700 is in use (grpc)", or "... cannot be bound: Permission denied (grpc)"; `what` is the part in brackets.
 absl::Status CheckBindable(const SocketAddress& address, const std::string& what);

@@ -7,11 +7,14 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "absl/strings/ascii.h"
 #include "core/world/limits.h"
 #include "host/files.h"
 #include "host/last_lines.h"
 #include "host/program_folder.h"
+#include "host/socket_address.h"
 #include "local_cluster/connection.h"
+#include "trust/control_address.h"
 
 namespace tessera::local {
 namespace {
@@ -128,13 +131,25 @@ void LocalCluster::StartGateway() {
                                    "--ready-file",
                                    ready,
                                    "--recordings-dir",
-                                   options_.state_dir + "/recordings",
-                                   "--orders"};
+                                   options_.state_dir + "/recordings"};
+  const std::string key_file =
+      trust::PageKeyFile(OrThrow(trust::ParseControlAddress(control_address_, host::PortRule::kFrom1)).socket_path);
+  const bool with_key =
+      host::IsLoopback(OrThrow(host::ParseSocketAddress(options_.page_listen, host::PortRule::kFrom0)).host);
+  if (with_key) argv.insert(argv.end(), {"--key-file", key_file});
   if (options_.network == nullptr) argv.emplace_back("--local");
   gateway_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
   const nlohmann::json addresses = WaitReady(*gateway_, "tessera-gateway", ready, log);
   page_address_ = addresses.at("http").get<std::string>();
   gateway_metrics_address_ = addresses.at("metrics").get<std::string>();
+  if (with_key) {
+    const std::string key = OrThrow(host::ReadFile(key_file, kMaxReadyBytes));
+    page_key_ = std::string(absl::StripAsciiWhitespace(key));
+  }
+}
+
+std::string LocalCluster::page_url() const {
+  return fmt::format("http://{}/{}", page_address_, page_key_.empty() ? "" : "#key=" + page_key_);
 }
 
 host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {

@@ -34,7 +34,8 @@ struct LocalClusterOptions {
   bool workers_outlive_agents = false;
   // Each host in a network namespace of its own there; null: all on loopback. Outlives the cluster.
   const HostNetwork* network = nullptr;
-  // HTTP address of a gateway, whose viewers may give orders; empty: none.
+  // HTTP address of a gateway; empty: none. At loopback who has the key in its page's address gives orders; elsewhere
+  // nobody does.
   std::string page_listen = {};
   std::string game_modules = {};  // each agent's folder of native games; empty: none
 };
@@ -50,6 +51,8 @@ class LocalCluster {
   const std::string& http_address() const { return http_address_; }
   const std::string& state_dir() const { return options_.state_dir; }
   const std::string& page_address() const { return page_address_; }  // HOST:PORT; empty without a gateway
+  const std::string& page_key() const { return page_key_; }          // empty: there is none
+  std::string page_url() const;                                      // "http://127.0.0.1:7710/#key=...", for a browser
   const std::string& gateway_metrics_address() const { return gateway_metrics_address_; }
   const std::string& log_dir() const { return log_dir_; }
   host::ChildProcess& control() { return *control_; }
@@ -69,7 +72,7 @@ class LocalCluster {
   host::ChildProcess StartAgent(std::uint32_t index);
 
   LocalClusterOptions options_;
-  std::string log_dir_, control_address_, operators_address_, players_address_, http_address_, page_address_,
+  std::string log_dir_, control_address_, operators_address_, players_address_, http_address_, page_address_, page_key_,
       gateway_metrics_address_;
   std::optional<host::ChildProcess> control_;
   std::vector<host::ChildProcess> agents_;

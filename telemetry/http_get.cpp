@@ -48,8 +48,11 @@ absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string
   return Ask("GET", "", address, path_and_query);
 }
 
-absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path) {
-  return Ask("POST", "Content-Length: 0\r\n", address, path);
+absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path,
+                                    const std::string& bearer_token) {
+  std::string headers = "Content-Length: 0\r\n";
+  if (!bearer_token.empty()) absl::StrAppend(&headers, "Authorization: Bearer ", bearer_token, "\r\n");
+  return Ask("POST", headers.c_str(), address, path);
 }
 
 std::string UrlEncode(const std::string& text) {

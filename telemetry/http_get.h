@@ -18,8 +18,9 @@ struct HttpAnswer {
 // listens or the answer is not HTTP.
 absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query);
 
-// Without a body.
-absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path);
+// Without a body. `bearer_token` proves who asks; empty: nobody.
+absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path,
+                                    const std::string& bearer_token = "");
 
 // `text` as a value in a query.
 std::string UrlEncode(const std::string& text);

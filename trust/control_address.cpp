@@ -51,4 +51,6 @@ std::string DefaultControlSocket() {
   return folder + "/control.sock";
 }
 
+std::string PageKeyFile(const std::string& socket_path) { return socket_path + ".page-key"; }
+
 }  // namespace tessera::trust

@@ -33,4 +33,7 @@ inline constexpr std::size_t kMaxSocketPathBytes = 107;
 // The socket of this user's `tessera up`: in XDG_RUNTIME_DIR, or in a folder of /tmp that is the user's own.
 std::string DefaultControlSocket();
 
+// Beside a control plane's socket: the key of the gateway that `tessera up` starts there.
+std::string PageKeyFile(const std::string& socket_path);
+
 }  // namespace tessera::trust

@@ -32,6 +32,13 @@ class GatewayTest : public WorldTest {
   std::unique_ptr<gateway::ViewerSocket> Watch(const gateway::ViewerSocket::Options& options = {}) {
     return std::make_unique<gateway::ViewerSocket>(address(), run_->instance_id(), options);
   }
+  // As a page does that was opened by the whole address: from now on the viewer gives orders by the key in it.
+  void ShowKey(gateway::ViewerSocket& viewer) {
+    viewer.Send({{"type", "authorize"}, {"number", 1}, {"key", run_->cluster().page_key()}});
+    ASSERT_TRUE(Until({&viewer}, "the key is taken", [&] { return viewer.newest.contains("answer"); }));
+    EXPECT_EQ(viewer.newest["answer"]["ok"], true) << viewer.newest["answer"];
+    viewer.newest.erase("answer");
+  }
   // Plays on, with viewers that read, until it holds.
   testing::AssertionResult Until(std::initializer_list<gateway::ViewerSocket*> viewers, const std::string& what,
                                  const std::function<bool()>& holds) {

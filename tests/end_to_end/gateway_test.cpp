@@ -115,6 +115,7 @@ TEST_F(GatewayTest, AKilledWorkerIsSeenToBeReplaced) {
   ASSERT_TRUE(PlayUntilProtected());
   const auto viewer = Watch();
   ASSERT_TRUE(Until({viewer.get()}, "all regions", [&] { return SeesAll(*viewer) && RegionsAlive(*viewer) == 4; }));
+  ASSERT_NO_FATAL_FAILURE(ShowKey(*viewer));
   viewer->Send({{"type", "order"}, {"number", 9}, {"order", "end_worker"}, {"region", 2}});
   ASSERT_TRUE(Until({viewer.get()}, "the answer", [&] { return viewer->newest.contains("answer"); }));
   EXPECT_EQ(viewer->newest["answer"]["number"], 9);
@@ -187,7 +188,45 @@ TEST_F(GatewayTest, WhoSendsNonsenseHarmsNobodyElse) {
   ASSERT_TRUE(Until({&first}, "the answer", [&] { return first.newest.contains("answer"); }));
   EXPECT_EQ(first.newest["answer"]["ok"], false);
   EXPECT_THAT(first.newest["answer"]["text"].get<std::string>(), HasSubstr("not_allowed"));
+  EXPECT_THAT(first.newest["answer"]["text"].get<std::string>(), HasSubstr("--key-file"));
   EXPECT_TRUE(strict.End().Clean());
+}
+
+TEST_F(GatewayTest, ALocalOrderNeedsTheKeyInThePagesAddress) {
+  ASSERT_NO_FATAL_FAILURE(StartWorld(1));
+  const std::string key = run_->cluster().page_key();
+  EXPECT_EQ(run_->cluster().page_url(), "http://" + address() + "/#key=" + key);
+  const auto owner = Watch(), stranger = Watch();
+  ASSERT_TRUE(
+      Until({owner.get(), stranger.get()}, "all bodies", [&] { return SeesAll(*owner) && SeesAll(*stranger); }));
+  const json pause = {{"type", "order"}, {"number", 7}, {"order", "pause"}};
+  stranger->Send(pause);
+  ASSERT_TRUE(Until({stranger.get()}, "the answer", [&] { return stranger->newest.contains("answer"); }));
+  EXPECT_EQ(stranger->newest["answer"]["ok"], false);
+  EXPECT_EQ(stranger->newest["answer"]["needs"], "key");
+  // Nor does a token help, or a key that was guessed: at the socket nobody would check the one.
+  for (const auto& [name, shown] : {std::pair("token", "tsa_" + std::string(64, '0')), {"key", std::string(64, '0')}}) {
+    stranger->newest.erase("answer");
+    stranger->Send({{"type", "authorize"}, {"number", 8}, {name, shown}});
+    ASSERT_TRUE(Until({stranger.get()}, "the answer", [&] { return stranger->newest.contains("answer"); }));
+    EXPECT_EQ(stranger->newest["answer"]["ok"], false) << name;
+  }
+  ASSERT_NO_FATAL_FAILURE(ShowKey(*owner));
+  stranger->newest.erase("answer");
+  stranger->Send(pause);
+  ASSERT_TRUE(Until({stranger.get()}, "the answer", [&] { return stranger->newest.contains("answer"); }));
+  EXPECT_EQ(stranger->newest["answer"]["ok"], false) << "another's key is not his";
+  EXPECT_FALSE(stranger->decoder.paused);
+  owner->Send(pause);
+  ASSERT_TRUE(Until({owner.get()}, "it stands", [&] { return owner->decoder.paused; }));
+  EXPECT_EQ(owner->newest["answer"]["ok"], true) << owner->newest["answer"];
+  EXPECT_THAT(host::ReadFile(run_->cluster().log_dir() + "/gateway.log", 1 << 20).value_or(key),
+              testing::Not(HasSubstr(key)));
+  // Beyond this machine the key would be for everybody to read.
+  const support::RunResult open = support::RunProgram(
+      "tessera-gateway", {"--control", run_->cluster().control_address(), "--listen", "0.0.0.0:0", "--key-file", "/x"});
+  EXPECT_EQ(open.exit_code, 1);
+  EXPECT_THAT(open.err, HasSubstr("only with --listen at loopback"));
 }
 
 TEST_F(GatewayTest, WhoDoesNotReadCostsNoMemoryAndGetsTheNewestLater) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/ascii.h"
 #include "gateway/testing/viewer_socket.h"
 #include "telemetry/http_get.h"
 #include "tests/end_to_end/gateway_fixture.h"
@@ -54,6 +55,7 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
   }));
   EXPECT_EQ(viewer->newest["recording"]["on"], true);
   const std::string file = viewer->newest["recording"]["file"];
+  ASSERT_NO_FATAL_FAILURE(ShowKey(*viewer));
   viewer->Send({{"type", "order"}, {"number", 1}, {"order", "end_worker"}, {"region", 2}});
   ASSERT_TRUE(Until({viewer.get()}, "a failover",
                     [&] { return viewer->newest["status"].value("failovers", 0) == 1 && RegionsAlive(*viewer) == 4; }));
@@ -123,22 +125,28 @@ TEST_F(RecordingTest, WhatIsNotThereOrDamagedOrTooMuchIsSaid) {
   EXPECT_THAT(damaged->newest["problem"]["text"].get<std::string>(), HasSubstr("bad.rec: is not a recording"));
   EXPECT_EQ(outside->http_status, 404);
 
-  // A gateway without a folder, one without orders, and one with little room.
-  FurtherGateway bare(run_->cluster().control_address(), {"--orders"});
+  // A gateway without a folder, one without a key, and one with little room.
+  const std::string bare_key = run_->cluster().state_dir() + "/bare-key", small_key = bare_key + "-of-small";
+  FurtherGateway bare(run_->cluster().control_address(), {"--key-file", bare_key});
   const std::string small_folder = run_->cluster().state_dir() + "/small";
   FurtherGateway strict(run_->cluster().control_address(), {"--recordings-dir", small_folder});
   FurtherGateway small(run_->cluster().control_address(),
-                       {"--orders", "--recordings-dir", small_folder, "--recordings-mb", "10"});
+                       {"--key-file", small_key, "--recordings-dir", small_folder, "--recordings-mb", "10"});
   std::ofstream(small_folder + "/much.rec");
   fs::resize_file(small_folder + "/much.rec", 9'900'000);
   const std::string id = run_->instance_id();
-  const auto refused = Tessera({"record", "start", id, "--gateway", bare.address});
+  const auto refused = Tessera({"record", "start", id, "--gateway", bare.address, "--token-file", bare_key});
+  const auto stranger = Tessera({"record", "start", id, "--gateway", bare.address, "--token-file", small_key});
+  EXPECT_THAT(stranger.err, HasSubstr("an order needs the key of this gateway"));
   EXPECT_THAT(refused.err, HasSubstr("--recordings-dir names a folder"));
   const auto no_orders = Tessera({"record", "start", id, "--gateway", strict.address});
-  EXPECT_THAT(no_orders.err, HasSubstr("without --orders"));
+  EXPECT_THAT(no_orders.err, HasSubstr("without --key-file"));
   ViewerSocket viewer(small.address, id);
   ASSERT_TRUE(Until({&viewer}, "all bodies", [&] { return SeesAll(viewer); }));
-  viewer.Send({{"type", "order"}, {"number", 1}, {"order", "record"}, {"on", true}});
+  const std::string line = host::ReadFile(small_key, 1024).value_or("");
+  const std::string key(absl::StripAsciiWhitespace(line));
+  viewer.Send({{"type", "authorize"}, {"number", 1}, {"key", key}});
+  viewer.Send({{"type", "order"}, {"number", 2}, {"order", "record"}, {"on", true}});
   ASSERT_TRUE(Until({&viewer}, "the file is full", [&] {
     return viewer.newest.contains("recording") && viewer.newest["recording"]["problem"] != "";
   }));

@@ -290,6 +290,80 @@ TEST_F(TrustTest, AGatewayWithTooSmallARightSaysWhichItNeeds) {
   EXPECT_TRUE(strangers.End().Clean());
 }
 
+TEST_F(TrustTest, AnOrderIsItsVisitorsAndNotTheGateways) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera(
+      {"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies", "20", "--regions", "1", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  AddPerson("eve", "viewer");
+  AddPerson("oscar", "operator");
+  // The gateway's own right would be enough for anything.
+  AddPerson("root", "administrator");
+  FurtherGateway gateway(operators_ + "#" + fingerprint_, {"--token-file", folder_.path() + "/root.token", "--local",
+                                                           "--recordings-dir", folder_.path() + "/recordings"});
+  gateway::ViewerSocket eve(gateway.address, "inst-1"), oscar(gateway.address, "inst-1");
+  int number = 0;
+  const auto ask = [&](gateway::ViewerSocket& viewer, nlohmann::json message) {
+    message["number"] = ++number;
+    viewer.newest.erase("answer");
+    viewer.Send(message);
+    EXPECT_TRUE(viewer.Until([&] { return viewer.newest.contains("answer"); }, kPatience)) << message;
+    EXPECT_EQ(viewer.newest["answer"]["number"], number);
+    return viewer.newest["answer"];
+  };
+  const auto order = [&](gateway::ViewerSocket& viewer, const std::string& what) {
+    return ask(viewer, {{"type", "order"}, {"order", what}, {"on", true}, {"region", 1}, {"host", "alpha"}});
+  };
+  const auto show = [&](gateway::ViewerSocket& viewer, const std::string& name) {
+    std::string secret;
+    std::ifstream(folder_.path() + "/" + name + ".token") >> secret;
+    return ask(viewer, {{"type", "authorize"}, {"token", secret}});
+  };
+  const auto text = [](const nlohmann::json& answer) { return answer.value("text", ""); };
+  ASSERT_TRUE(eve.Until([&] { return eve.decoder.frames > 0; }, kPatience));
+  ASSERT_TRUE(oscar.Until([&] { return oscar.decoder.frames > 0; }, kPatience));
+
+  // Without a right, and with a viewer's: nothing, and the line says what to do.
+  for (const char* what : {"pause", "checkpoint", "record", "end_worker", "drain"}) {
+    const nlohmann::json refused = order(eve, what);
+    EXPECT_EQ(refused["ok"], false) << what;
+    EXPECT_EQ(refused["needs"], "token") << what;
+    EXPECT_THAT(text(refused), HasSubstr("tessera token create NAME --role operator"));
+  }
+  const nlohmann::json too_small = show(eve, "eve");
+  EXPECT_EQ(too_small["ok"], false);
+  EXPECT_THAT(text(too_small), HasSubstr("token eve is a viewer's; this call needs an operator's"));
+  EXPECT_EQ(order(eve, "pause")["ok"], false);
+  EXPECT_EQ(ask(eve, {{"type", "authorize"}, {"token", "tsa_" + std::string(64, '0')}})["ok"], false);
+
+  // An operator's, for him alone; and no more than an operator may.
+  EXPECT_EQ(show(oscar, "oscar")["ok"], true);
+  const nlohmann::json saved = order(oscar, "checkpoint");
+  EXPECT_EQ(saved["ok"], true) << saved;
+  EXPECT_EQ(order(oscar, "record")["ok"], true);
+  EXPECT_THAT(text(order(oscar, "drain")), HasSubstr("this call needs an administrator's"));
+  EXPECT_EQ(order(eve, "checkpoint")["ok"], false);
+  EXPECT_THAT(*host::ReadFile(ControlLog(), kMaxFileBytes),
+              HasSubstr("InstanceService/CheckpointInstance who=token/oscar"));
+
+  // The same by HTTP, as `tessera record` asks.
+  const auto record = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"record", "stop", "inst-1", "--gateway", gateway.address};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Tessera(arguments);
+  };
+  EXPECT_THAT(record({}).err, HasSubstr("an operator's access token of your own"));
+  EXPECT_THAT(record({"--token-file", folder_.path() + "/eve.token"}).err, HasSubstr("token eve is a viewer's"));
+  EXPECT_THAT(record({"--token-file", folder_.path() + "/oscar.token"}).out, HasSubstr("no longer recorded"));
+
+  // What was revoked counts no more, for the gateway's own orders neither.
+  EXPECT_EQ(Tessera({"token", "revoke", "oscar"}).exit_code, 0);
+  const nlohmann::json revoked = order(oscar, "end_worker");
+  EXPECT_EQ(revoked["ok"], false) << revoked;
+  EXPECT_EQ(revoked["needs"], "token");
+  EXPECT_TRUE(gateway.End().Clean());
+}
+
 TEST_F(TrustTest, AnotherClustersFingerprintIsNotBelieved) {
   const std::string other(64, '7');
   const support::RunResult result = Tessera({"--control", operators_ + "#" + other, "host", "list"});

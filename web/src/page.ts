@@ -2,6 +2,7 @@
 
 import { type JsonMessage, type PartitionMap, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
 import { type LinkState } from './connection.ts';
+import { takeKey } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
 import { DetailPanel } from './ui/detail.ts';
 import { h, setText } from './ui/dom.ts';
@@ -9,6 +10,7 @@ import { Hands } from './ui/hands.ts';
 import { Keys } from './ui/keys.ts';
 import { Labels } from './ui/labels.ts';
 import { MachineRoom } from './ui/machine_room.ts';
+import { RightDialog } from './ui/right_dialog.ts';
 import { TimeBar } from './ui/time_bar.ts';
 import { Tools } from './ui/tools.ts';
 import { WorldList } from './ui/worlds.ts';
@@ -34,6 +36,7 @@ export class Page implements SessionListener {
   private readonly hands = new Hands();
   private readonly labels = new Labels();
   private readonly list = new WorldList();
+  private readonly right = new RightDialog();
   private readonly name = h('strong', { id: 'name' });
   private readonly state = h('span', { class: 'pill' });
   private readonly fresh = h('span', { class: 'pill', id: 'fresh' });
@@ -41,6 +44,7 @@ export class Page implements SessionListener {
   private readonly banner = h('div', { id: 'banner', role: 'alert', hidden: true });
   private readonly toasts = h('div', { id: 'toasts', role: 'status' });
   private marks = true; // contacts are shown
+  private wanted_name = ''; // of the player that this visitor wanted to be last
   private names = new Map<number, string>();
   private steered_s = 0;
   private steered = '';
@@ -60,7 +64,7 @@ export class Page implements SessionListener {
       home: () => this.home(false),
       above: () => this.home(true),
       find: (text) => this.find(text),
-      join: (name) => this.session.send(name === null ? { type: 'leave' } : { type: 'join', name }),
+      join: (name) => this.join(name),
     });
     const retry = h('button', { onclick: () => this.session.retryNow() }, 'Try now');
     this.banner.append(h('span'), retry);
@@ -75,7 +79,7 @@ export class Page implements SessionListener {
       h('button', { class: 'quiet', title: 'Show or hide the machine room (M)', onclick: () => this.toggleRoom() }, 'Machine room'),
     );
     const stage = h('div', { id: 'stage' }, this.canvas, this.labels.element, this.tools.element, this.detail.element, this.banner, this.toasts);
-    root.append(bar, stage, this.room.element, this.time.element, this.list.element);
+    root.append(bar, stage, this.room.element, this.time.element, this.list.element, this.right.element);
     try {
       this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes);
     } catch (error) {
@@ -124,6 +128,7 @@ export class Page implements SessionListener {
 
   // `#plaza-1` is a world, `#play/FILE` a recording, and nothing the list.
   private route(): void {
+    takeKey();
     const place = decodeURIComponent(location.hash.slice(1));
     document.body.classList.toggle('listing', place === '');
     this.session.selected = '';
@@ -202,8 +207,9 @@ export class Page implements SessionListener {
     if (message.type === 'play') this.time.showPlay(message);
     if (message.type === 'met' && this.marks) this.view.showContact(message);
     // Who may watch and not play is connected again at once, to watch: the reason stays to be read.
-    const said = message.type === 'problem' && (message.code === 'bad_message' || (message.code === 'not_allowed' && this.session.welcome !== null));
-    if (said) this.answered(message.text, false);
+    const barred = message.type === 'problem' && message.code === 'not_allowed' && this.session.welcome !== null;
+    if (barred || (message.type === 'problem' && message.code === 'bad_message')) this.answered(message.text, false);
+    if (barred && this.wanted_name !== '') this.lacksToken('Playing here needs an operator’s access token.', () => this.join(this.wanted_name));
     if (message.type === 'status') this.names = new Map((message.player_list ?? []).map((player) => [player.player, player.name]));
   }
 
@@ -213,7 +219,16 @@ export class Page implements SessionListener {
     window.setTimeout(() => toast.remove(), 1000 * TOAST_S);
   }
 
+  lacksToken(why: string, again: () => void): void {
+    this.right.ask(why, (token) => this.session.authorize({ token }, again));
+  }
+
   // --- What a person does
+
+  private join(name: string | null): void {
+    this.wanted_name = name ?? '';
+    this.session.send(name === null ? { type: 'leave' } : { type: 'join', name });
+  }
 
   private select(slot: number): void {
     this.view.selected = slot;
@@ -347,7 +362,7 @@ export class Page implements SessionListener {
     const left = Math.max(0, link.again_at_s - performance.now() / 1000);
     const advice: Record<string, string> = {
       no_world: 'Check the name, or choose one from the list of worlds (Tessera, top left).',
-      not_allowed: 'It is the gateway that needs the right, not this browser.',
+      not_allowed: 'To watch, it is the gateway that needs the right, not this browser.',
       lost: 'What is shown is the last that came.',
     };
     setText(this.banner.firstElementChild!, `${capital(link.why)}. ${advice[link.code] ?? ''} Connecting again in ${left.toFixed(0)} s.`);

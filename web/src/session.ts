@@ -1,7 +1,8 @@
 // Session: one world, or one recording, that the page is connected to: what it has been sent, and what it asks for.
 
 import { Connection, type LinkState } from './connection.ts';
-import { type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type Welcome } from './protocol/messages.ts';
+import { keepRight, keptRight, type Right } from './right.ts';
+import { type Answer, type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type Welcome } from './protocol/messages.ts';
 import type { ShapeTable } from './view/geometry.ts';
 import { Bodies, type BodyListener } from './world/bodies.ts';
 import { Playout } from './world/playout.ts';
@@ -19,6 +20,14 @@ export interface SessionListener extends BodyListener {
   linked(state: LinkState): void;
   said(message: JsonMessage): void;
   answered(text: string, ok: boolean): void;
+  lacksToken(why: string, again: () => void): void; // `again` gives the order once more
+}
+
+interface Asked {
+  order: string;
+  at_s: number;
+  again: () => void;
+  right?: Right; // that this shows, for `again`
 }
 
 export class Session {
@@ -40,7 +49,7 @@ export class Session {
   selected = '';
   private connection: Connection | null = null;
   private number = 0;
-  private readonly asked = new Map<number, { order: string; at_s: number }>();
+  private readonly asked = new Map<number, Asked>();
   private readonly listener: SessionListener;
 
   constructor(listener: SessionListener) {
@@ -59,6 +68,8 @@ export class Session {
       json: (message) => this.json(message),
       changed: (state) => {
         this.link = state;
+        const right = state.state === 'open' ? keptRight() : null;
+        if (right) this.authorize(right, () => {});
         this.listener.linked(state);
       },
     });
@@ -85,7 +96,17 @@ export class Session {
       this.listener.answered(`${order}: there is no connection to the gateway`, false);
       return;
     }
-    this.asked.set(number, { order, at_s: performance.now() / 1000 });
+    this.asked.set(number, { order, at_s: performance.now() / 1000, again: () => this.order(order, fields) });
+  }
+
+  // Shows a right, once a connection; then `again`.
+  authorize(right: Right, again: () => void): void {
+    const number = ++this.number;
+    if (!this.send({ type: 'authorize', number, ...right })) {
+      this.listener.answered('the right to give orders: there is no connection to the gateway', false);
+      return;
+    }
+    this.asked.set(number, { order: 'the right to give orders', at_s: performance.now() / 1000, again, right });
   }
 
   // Orders that nobody has answered are reported, once.
@@ -139,6 +160,16 @@ export class Session {
     }
   }
 
+  private answered({ ok, text, needs }: Answer, asked: Asked | undefined): void {
+    if (asked?.right) {
+      if (ok) keepRight(asked.right);
+      else if (needs) keepRight(null);
+      if (ok) return asked.again();
+    }
+    if (asked && !ok && needs === 'token') return this.listener.lacksToken(text, asked.again);
+    this.listener.answered(`${asked?.order ?? 'order'}: ${text === '' ? (ok ? 'done' : 'refused') : text}`, ok);
+  }
+
   private json(message: JsonMessage): void {
     switch (message.type) {
       case 'status':
@@ -159,8 +190,7 @@ export class Session {
       case 'answer': {
         const asked = this.asked.get(message.number);
         this.asked.delete(message.number);
-        const text = message.text === '' ? (message.ok ? 'done' : 'refused') : message.text;
-        this.listener.answered(`${asked?.order ?? 'order'}: ${text}`, message.ok);
+        this.answered(message, asked);
         break;
       }
       default:

@@ -24,6 +24,8 @@ export interface FakeOptions {
   frame_ms?: number;
   still?: boolean; // the world does not step by itself
   level?: number; // triangles of a level beyond its own
+  token?: string; // orders need it
+  key?: string; // or this
 }
 
 export class FakeGateway {
@@ -107,7 +109,7 @@ export class FakeGateway {
       socket.send(JSON.stringify({ type: 'problem', code: 'no_world', text: `instance ${name}: no such instance`, again_s: 2 }));
       return socket.close(4000, 'no_world');
     }
-    const viewer = new FakeViewer(this.world, socket, { status: () => this.status(), kill: (region) => this.kill(region) }, replay);
+    const viewer = new FakeViewer(this.world, socket, { status: () => this.status(), kill: (region) => this.kill(region), token: this.options.token ?? '', key: this.options.key ?? '' }, replay);
     this.viewers.add(viewer);
     socket.on('close', () => {
       this.viewers.delete(viewer);

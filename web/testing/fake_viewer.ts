@@ -20,12 +20,16 @@ interface Sent {
 interface Shared {
   status(): void;
   kill(region: number): string;
+  token: string; // that orders need; empty: none
+  key: string;
 }
 
 interface Request {
   type: string;
   number?: number;
   order?: string;
+  token?: string;
+  key?: string;
   body?: string;
   name?: string;
   region?: number;
@@ -46,6 +50,7 @@ export class FakeViewer {
   private player = 0;
   private selected = '';
   private recording = false;
+  private allowed = false;
 
   constructor(
     private readonly world: FakeWorld,
@@ -205,7 +210,12 @@ export class FakeViewer {
         break;
       }
       case 'order':
-        this.answer(request);
+        if (this.needs === '' || this.allowed) this.answer(request);
+        else this.json({ type: 'answer', number: request.number, ok: false, text: `not_allowed: an order needs a ${this.needs}`, needs: this.needs });
+        break;
+      case 'authorize':
+        this.allowed = this.shared.token !== '' ? request.token === this.shared.token : request.key === this.shared.key;
+        this.json({ type: 'answer', number: request.number, ok: this.allowed, text: this.allowed ? 'orders are taken' : `that is no ${this.needs} of this cluster`, ...(this.allowed ? {} : { needs: this.needs }) });
         break;
       case 'play':
         if (this.replay) {
@@ -217,6 +227,11 @@ export class FakeViewer {
       default:
         break;
     }
+  }
+
+  private get needs(): string {
+    if (this.shared.token !== '') return 'token';
+    return this.shared.key !== '' ? 'key' : '';
   }
 
   private answer(request: Request): void {

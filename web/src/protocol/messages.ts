@@ -187,6 +187,14 @@ export interface Met {
   impulse?: number;
 }
 
+export interface Answer {
+  type: 'answer';
+  number: number;
+  ok: boolean;
+  text: string;
+  needs?: 'token' | 'key'; // the right that was lacking
+}
+
 export type JsonMessage =
   | Status
   | Detail
@@ -194,7 +202,7 @@ export type JsonMessage =
   | { type: 'events'; events: { time: string; text: string }[] }
   | Met
   | { type: 'recording'; on: boolean; file: string; bytes: number; problem: string }
-  | { type: 'answer'; number: number; ok: boolean; text: string }
+  | Answer
   | { type: 'problem'; code: string; text: string; again_s?: number };
 
 export interface WorldEntry {
