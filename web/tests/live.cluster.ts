@@ -1,0 +1,122 @@
+// The page in a browser, against a real cluster of this build: TESSERA_BIN names its programs.
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { type Complaints, launch, open } from '../testing/browser.ts';
+import { LocalCluster } from '../testing/local_cluster.ts';
+
+const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
+const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
+const WORLD = 'inst-1';
+
+let browser: Browser;
+let cluster: LocalCluster;
+let page: Page;
+let complaints: Complaints;
+
+before(async () => {
+  cluster = await LocalCluster.start(process.env['TESSERA_BIN'] ?? '../build/dev/bin');
+  // A lift, a ferry over the border, a turntable and a door: they move for ever, and nobody has to push.
+  await cluster.tessera('instance', 'create', '--scene', 'platforms', '--regions', '2', '--wait');
+  browser = await launch();
+  ({ page, complaints } = await open(browser, cluster.page, { size: SMALL }));
+});
+
+after(async () => {
+  await browser?.close();
+  await cluster?.stop();
+});
+
+// Until it is true, asked at each picture. The gateway forbids the page to evaluate texts, as waitForFunction has it do.
+async function holds(expression: string, of = page): Promise<void> {
+  const end = performance.now() + WAIT.timeout;
+  while (!(await of.evaluate(`window.tessera && (${expression})`))) {
+    if (performance.now() > end) throw new Error(`never: ${expression}; ${JSON.stringify(await of.evaluate('tessera.counts'))}`);
+    await of.evaluate('new Promise(requestAnimationFrame).then(() => 0)');
+  }
+}
+
+// Until bodies that the region owns have gone somewhere, as the page draws them.
+async function moves(of: Page): Promise<void> {
+  await of.evaluate('globalThis.then = tessera.session.bodies.shown.slice()');
+  await holds('tessera.session.bodies.shown.some((part, at) => at % 7 < 3 && Math.abs(part - (globalThis.then[at] ?? part)) > 0.3)', of);
+}
+
+// All of the scene is drawn: both regions with their eight moving bodies, and what never moves.
+const whole = (of: Page) =>
+  holds(
+    `tessera.counts.link === 'open' && tessera.counts.dead.length === 0 && tessera.session.room.status?.state === 'RUNNING' &&
+     tessera.counts.regions === 2 && tessera.counts.bodies === 8 && tessera.counts.drawn === 8 && tessera.counts.statics === 2`,
+    of,
+  );
+
+test('the address that was printed leads to the world, which moves', async () => {
+  assert.match(cluster.page, /^http:\/\/127\.0\.0\.1:\d+\/#key=[0-9a-f]{64}$/);
+  await page.locator('a.card', { hasText: WORLD }).click(WAIT);
+  await whole(page);
+  assert.equal(new URL(page.url()).hash, `#${WORLD}`, 'nobody copies the key with the address');
+  await moves(page);
+  // Not blank: sky, ground and bodies in their colours.
+  const colours = await page.evaluate(`(() => {
+    tessera.page.picture();
+    const canvas = document.getElementById('world');
+    const gl = canvas.getContext('webgl2');
+    const out = new Uint8Array(4 * canvas.width * canvas.height);
+    gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, out);
+    return new Set(new Uint32Array(out.buffer)).size;
+  })()`);
+  assert.ok((colours as number) > 100, `${String(colours)} colours`);
+});
+
+test('a body that crosses the border has another owner on the page', async () => {
+  const before_ = await page.evaluate('tessera.counts.owner_changes');
+  await holds(`tessera.counts.owner_changes > ${String(before_)}`);
+});
+
+test('who has the key pauses the world and lets it go on; a page without it is told what to do', async () => {
+  const stranger = await open(browser, `${new URL(cluster.page).origin}/#${WORLD}`, { size: SMALL });
+  await whole(stranger.page);
+  await stranger.page.getByRole('button', { name: 'Pause' }).click();
+  await stranger.page.locator('#toasts .bad', { hasText: 'the whole address that `tessera up`' }).waitFor(WAIT);
+  await page.getByRole('button', { name: 'Pause' }).click();
+  await page.locator('#toasts .ok', { hasText: 'pause' }).waitFor(WAIT);
+  await holds('tessera.session.paused');
+  await holds('tessera.session.paused', stranger.page);
+  await page.getByRole('button', { name: 'Go on' }).click();
+  await holds('!tessera.session.paused');
+  await moves(page);
+  assert.deepEqual(stranger.complaints, { errors: [], foreign: [] });
+  await stranger.page.context().close();
+});
+
+test('a killed worker is seen to die and to be replaced, and its bodies move', async () => {
+  await holds('tessera.session.room.status.unprotected.length === 0');
+  await page.getByRole('button', { name: 'End worker 2' }).click();
+  await page.locator('#toasts .ok', { hasText: 'is killed' }).waitFor(WAIT);
+  await holds('tessera.session.room.status.failovers === 1');
+  await whole(page);
+  await page.locator('.events li', { hasText: 'region 2' }).first().waitFor(WAIT);
+  await moves(page);
+});
+
+test('a second gateway shows the same world, and its end is said and harms nobody', async () => {
+  const second = await open(browser, await cluster.gateway(), { size: SMALL });
+  await second.page.locator('a.card', { hasText: WORLD }).click(WAIT);
+  await whole(second.page);
+  assert.deepEqual(second.complaints, { errors: [], foreign: [] });
+  await moves(second.page);
+  await cluster.endGateway();
+  await second.page.locator('#banner', { hasText: 'connection' }).waitFor(WAIT);
+  await second.page.context().close();
+  await moves(page);
+});
+
+test('a world that is deleted while it is watched says so', async () => {
+  await cluster.tessera('instance', 'delete', WORLD);
+  await page.locator('#banner', { hasText: `Instance ${WORLD} has ended` }).waitFor(WAIT);
+});
+
+test('the page asked nobody else and complained of nothing', () => {
+  assert.deepEqual(complaints, { errors: [], foreign: [] });
+});
