@@ -46,6 +46,8 @@ net::Credentials CredentialsOf(const net::SigningKey& key, std::uint32_t player)
   return net::IssuePlayer(kInstance, PlayerNumber(player), net::Generation(1), key);
 }
 
+constexpr net::Rate kNoLimit{.per_s = 1e12, .burst = 1e12};
+
 // Two acceptors in one process, and a session between them.
 struct Ends {
   Ends() {
@@ -72,7 +74,9 @@ struct Ends {
   net::SigningKey key = net::SigningKey::Make();
   Clock::time_point now = Clock::now();
   // Without a limit on logins, so that forged ones are looked at as closely as can be.
-  net::Acceptor server{{.max_sessions = 64, .logins_per_s = 1e12, .login_burst = 1e12}}, dialler{{.max_sessions = 64}};
+  net::Acceptor server{
+      {.max_sessions = 64, .hellos = kNoLimit, .hellos_of_an_address = kNoLimit, .logins_of_an_address = kNoLimit}},
+      dialler{{.max_sessions = 64}};
   net::SessionNumber dial;
   Bytes login;
 };

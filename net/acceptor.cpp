@@ -8,6 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "net/acceptor_session.h"
+#include "net/address_shares.h"
+#include "net/held_off.h"
 #include "net/protocol.h"
 #include "net/timer_queue.h"
 
@@ -15,10 +17,13 @@ namespace tessera::net {
 namespace {
 
 constexpr std::uint32_t kSlotBits = 12, kSlotMask = (1u << kSlotBits) - 1;
-constexpr std::size_t kShares = 1024;  // addresses of one hash share a bucket
 
 std::uint64_t SecondsOf(Acceptor::TimePoint now) {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::seconds>(now.time_since_epoch()).count());
+}
+
+std::span<const std::uint8_t> AsBytes(const std::uint32_t& host) {
+  return {reinterpret_cast<const std::uint8_t*>(&host), sizeof host};
 }
 
 Refused ReasonOf(const absl::Status& status) {
@@ -29,14 +34,16 @@ Refused ReasonOf(const absl::Status& status) {
 
 Acceptor::Acceptor(const AcceptorLimits& limits)
     : limits_(limits),
-      shares_(kShares),
+      hello_shares_(std::make_unique<AddressShares>()),
+      login_shares_(std::make_unique<AddressShares>()),
+      held_off_(std::make_unique<HeldOff>()),
       slots_(limits.max_sessions),
       generations_(limits.max_sessions),
       free_(limits.max_sessions),
       index_(std::make_unique<SessionIndex>()),
       timers_(std::make_unique<TimerQueue>()) {
   assert(limits.max_sessions >= 1 && limits.max_sessions <= kMaxSessions);
-  randombytes_buf(share_key_.data(), share_key_.size());
+  randombytes_buf(hash_key_.data(), hash_key_.size());
   std::iota(free_.begin(), free_.end(), 0u);
 }
 
@@ -103,8 +110,10 @@ std::size_t Acceptor::Seal(SessionNumber session, DatagramKind kind, std::span<s
 
 Acceptor::Received Acceptor::Receive(TimePoint now, const Address& from, std::span<std::uint8_t> datagram) {
   const auto kind = datagram.empty() ? DatagramKind{} : static_cast<DatagramKind>(datagram[0]);
-  if (kind == DatagramKind::kSealed || kind == DatagramKind::kDirect) return OnSealed(from, datagram);
+  if (kind == DatagramKind::kSealed || kind == DatagramKind::kDirect) return OnSealed(now, from, datagram);
   stats_.bytes_from_unproven += datagram.size();
+  const bool is_hello = kind == DatagramKind::kHello, is_login = kind == DatagramKind::kLogin;
+  ++(is_hello ? unproven_.hellos : is_login ? unproven_.logins : unproven_.others);
   switch (kind) {
     case DatagramKind::kHello:
       return OnHello(now, from, datagram);
@@ -124,7 +133,7 @@ Acceptor::Received Acceptor::Receive(TimePoint now, const Address& from, std::sp
   return {};
 }
 
-Acceptor::Received Acceptor::OnSealed(const Address& from, std::span<std::uint8_t> datagram) {
+Acceptor::Received Acceptor::OnSealed(TimePoint now, const Address& from, std::span<std::uint8_t> datagram) {
   Session* session = nullptr;
   if (datagram.size() > kSealHeaderBytes + kSealTagBytes) session = Find(SessionNumber(SessionNumberOf(datagram)));
   if (session == nullptr || !session->channel || session->address != from) {
@@ -132,9 +141,16 @@ Acceptor::Received Acceptor::OnSealed(const Address& from, std::span<std::uint8_
     ++stats_.unknown;
     return {};
   }
+  if (!session->dialled && !session->budget.Take(now, limits_.accepted, datagram.size())) {
+    ++stats_.excess;
+    if (!session->budget.BeginsToFlood(now, limits_.accepted)) return {};
+    ++stats_.floods;
+    return {.kind = Received::Kind::kFloods, .session = session->number};
+  }
   const bool direct = datagram[0] == static_cast<std::uint8_t>(DatagramKind::kDirect);
   Channel::Fault fault{};
   const std::optional<std::span<std::uint8_t>> payload = session->channel->Open(datagram, &fault);
+  session->budget.Opened(payload.has_value());
   if (!payload) {
     stats_.bytes_from_unproven += datagram.size();
     ++(fault == Channel::Fault::kReplayed ? stats_.replayed : stats_.forged);
@@ -151,6 +167,11 @@ Acceptor::Received Acceptor::OnHello(TimePoint now, const Address& from, std::sp
   const std::optional<Hello> hello = ReadHello(bytes);
   if (!identity_ || !hello) {
     ++stats_.unknown;
+    return {};
+  }
+  if (!hello_shares_->Take(now, HashOf(AsBytes(from.host)), limits_.hellos_of_an_address) ||
+      !hellos_.Take(now, limits_.hellos)) {
+    ++stats_.hellos_limited;
     return {};
   }
   ++stats_.hellos;
@@ -178,7 +199,7 @@ Acceptor::Received Acceptor::OnLogin(TimePoint now, const Address& from, std::sp
     ++stats_.stale;
     return {};
   }
-  if (!WithinShare(now, from)) {
+  if (!login_shares_->Take(now, HashOf(AsBytes(from.host)), limits_.logins_of_an_address)) {
     ++stats_.limited;
     return {};
   }
@@ -190,6 +211,11 @@ Acceptor::Received Acceptor::OnLogin(TimePoint now, const Address& from, std::sp
   const auto refuse = [&](Refused reason, std::string_view why) {
     return Refuse(reason, login->session, login->nonce, std::string(why), bytes.size());
   };
+  const std::uint64_t credential = HashOf(login->credential);
+  if (held_off_->Holds(now, credential)) {
+    ++stats_.held_off;
+    return refuse(Refused::kBadCredential, "the credential was refused too often a moment ago");
+  }
   const absl::StatusOr<Holder> holder = HolderOf(login->credential);
   if (!holder.ok()) {
     const absl::string_view why = holder.status().message();
@@ -247,6 +273,7 @@ Acceptor::Received Acceptor::Admit(TimePoint now, const Address& from, const Log
   session.nonce = login.nonce;
   session.who = holder.who;
   session.holder = holder.key;
+  session.credential = HashOf(login.credential);
   SetDue(session, now + kUnsettled);
   index_->Enter(session.number, session.greeting(), session.holder, session.who.player);
   session.sent = Write(Accept{.session = login.session,
@@ -280,17 +307,15 @@ void Acceptor::DropUnsettled(const VerificationKey& holder) {
   if (const auto number = index_->UnsettledOf(holder)) Forget(*number);
 }
 
-bool Acceptor::WithinShare(TimePoint now, const Address& from) {
-  std::array<std::uint8_t, crypto_shorthash_BYTES> hash;
-  static_assert(Secret<16>::size() == crypto_shorthash_KEYBYTES);
-  crypto_shorthash(hash.data(), reinterpret_cast<const std::uint8_t*>(&from.host), sizeof from.host, share_key_.data());
-  Share& share = shares_[(std::size_t{hash[0]} | std::size_t{hash[1]} << 8) % kShares];
-  const double gained = std::chrono::duration<double>(now - share.since).count() * limits_.logins_per_s;
-  share.left = share.since == TimePoint() ? limits_.login_burst : std::min(limits_.login_burst, share.left + gained);
-  share.since = now;
-  if (share.left < 1) return false;
-  share.left -= 1;
-  return true;
+std::uint64_t Acceptor::HashOf(std::span<const std::uint8_t> bytes) const {
+  std::uint64_t hash = 0;
+  static_assert(sizeof hash == crypto_shorthash_BYTES && Secret<16>::size() == crypto_shorthash_KEYBYTES);
+  crypto_shorthash(reinterpret_cast<std::uint8_t*>(&hash), bytes.data(), bytes.size(), hash_key_.data());
+  return hash;
+}
+
+void Acceptor::NoteRefused(TimePoint now, SessionNumber number, bool floods) {
+  held_off_->Note(now, Find(number)->credential, floods ? kRefusalsAtOnce : 1);
 }
 
 }  // namespace tessera::net

@@ -32,6 +32,8 @@
 #include "net/channel.h"
 #include "net/credential.h"
 #include "net/handshake.h"
+#include "net/limits.h"
+#include "net/token_bucket.h"
 
 namespace tessera::net {
 
@@ -71,22 +73,34 @@ struct AcceptorLimits {
   std::size_t max_per_address = 64;  // accepted sessions of one IPv4 address
   // Accepted sessions of one player: the connection in use, earlier ones that fade, one that begins.
   std::size_t max_per_player = 8;
-  // Logins with a good cookie of one address; each costs some 200 us. Many players or bots may share one address.
-  double logins_per_s = 256, login_burst = 512;
+  // limits.h says why these.
+  Rate hellos = kHellos, hellos_of_an_address = kHellosOfAnAddress, logins_of_an_address = kLoginsOfAnAddress;
+  SessionLimits accepted{};  // of each accepted session; without limit unless set
 };
 
 struct AcceptorStats {
   std::uint64_t hellos = 0, logins = 0, accepted = 0, refused = 0;
-  std::uint64_t unknown = 0;   // no datagram of this protocol, or of no session here
-  std::uint64_t stale = 0;     // logins without a good cookie
-  std::uint64_t limited = 0;   // logins beyond an address's share of logins_per_s
-  std::uint64_t replayed = 0;  // sealed, but received before or too old
-  std::uint64_t forged = 0;    // sealed by another key, or damaged
+  std::uint64_t unknown = 0;         // no datagram of this protocol, or of no session here
+  std::uint64_t stale = 0;           // logins without a good cookie
+  std::uint64_t limited = 0;         // logins beyond an address's share
+  std::uint64_t hellos_limited = 0;  // hellos beyond an address's share, or that of all
+  std::uint64_t held_off = 0;        // logins with a credential that was refused too often a moment ago; refused
+  std::uint64_t excess = 0;          // datagrams of sessions beyond what a session may send
+  std::uint64_t floods = 0;          // sessions that sent such for so long that they are to be ended
+  std::uint64_t replayed = 0;        // sealed, but received before or too old
+  std::uint64_t forged = 0;          // sealed by another key, or damaged
   std::uint64_t payloads = 0;
   // Bytes of all datagrams but the payloads of sessions.
   std::uint64_t bytes_from_unproven = 0, bytes_to_unproven = 0;
 };
 
+// Datagrams of the kinds that prove nothing, whatever came of them.
+struct UnprovenDatagrams {
+  std::uint64_t hellos = 0, logins = 0, others = 0;
+};
+
+class AddressShares;
+class HeldOff;
 class SessionIndex;
 class TimerQueue;
 
@@ -99,6 +113,8 @@ class Acceptor {
   // From acceptance until the caller has settled the session.
   static constexpr Duration kUnsettled = std::chrono::seconds(3);
   static constexpr Duration kFirstRetry = std::chrono::milliseconds(100), kMaxRetry = std::chrono::seconds(1);
+  // Hellos of one try; the first try has one, each other twice those before it.
+  static constexpr int kMaxHelloCopies = 8;
   // Logins without an answer until it starts anew: another acceptor may be there by now, or the cookie is old.
   static constexpr int kLoginTries = 4;
 
@@ -123,6 +139,7 @@ class Acceptor {
       kDirect,   // session, bytes: an unsequenced message that bypasses ENet
       kDialled,  // session: one that was dialled is open now
       kRefused,  // session: one that was dialled is refused, see RefusalOf; the caller forgets it
+      kFloods,   // session: one that was accepted sends too much, and has for long; the caller ends it. Once
     };
     Kind kind = Kind::kNothing;
     SessionNumber session{};
@@ -146,6 +163,9 @@ class Acceptor {
   // The session is in use: it lives until it is forgotten.
   void Settle(SessionNumber session);
   void Forget(SessionNumber session);
+  // The caller refused an accepted session after it had let it in. Its credential is not looked at for kHoldOff from
+  // the kRefusalsAtOnce-th time on, or from now on if it `floods`.
+  void NoteRefused(TimePoint now, SessionNumber session, bool floods);
 
   bool Has(SessionNumber session) const { return Find(session) != nullptr; }
   // These require the session.
@@ -157,14 +177,10 @@ class Acceptor {
 
   std::size_t sessions() const { return live_; }
   const AcceptorStats& stats() const { return stats_; }
+  const UnprovenDatagrams& unproven() const { return unproven_; }
 
  private:
   struct Session;
-  // An address's share of logins_per_s: a token bucket.
-  struct Share {
-    double left = 0;
-    TimePoint since{};
-  };
 
   Session* Find(SessionNumber number) const;
   Session* Make(const Address& address);
@@ -173,7 +189,7 @@ class Acceptor {
   Received Reply(std::vector<std::uint8_t> bytes);
   Received Refuse(Refused reason, std::uint32_t session, const Nonce& nonce, std::string detail,
                   std::size_t question_bytes);
-  Received OnSealed(const Address& from, std::span<std::uint8_t> datagram);
+  Received OnSealed(TimePoint now, const Address& from, std::span<std::uint8_t> datagram);
   Received OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
   Received OnLogin(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
   // The holder of a login's credential, and its key.
@@ -190,15 +206,17 @@ class Acceptor {
 
   void DropUnsettled(const VerificationKey& holder);
   void SetDue(Session& session, std::optional<TimePoint> due);
-  bool WithinShare(TimePoint now, const Address& from);
+  std::uint64_t HashOf(std::span<const std::uint8_t> bytes) const;
   void SendHello(Session& session);
 
   AcceptorLimits limits_;
   std::optional<EndpointIdentity> identity_;
   std::optional<std::string> closed_because_;
   CookieJar cookies_;
-  Secret<16> share_key_;
-  std::vector<Share> shares_;
+  Secret<16> hash_key_;
+  TokenBucket hellos_;
+  std::unique_ptr<AddressShares> hello_shares_, login_shares_;
+  std::unique_ptr<HeldOff> held_off_;
   std::vector<std::unique_ptr<Session>> slots_;
   std::vector<std::uint16_t> generations_;
   std::deque<std::uint32_t> free_;  // slots; the one used longest ago comes first
@@ -207,6 +225,7 @@ class Acceptor {
   std::unique_ptr<TimerQueue> timers_;
   std::vector<std::uint8_t> reply_;
   AcceptorStats stats_;
+  UnprovenDatagrams unproven_;
 };
 
 }  // namespace tessera::net

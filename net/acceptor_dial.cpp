@@ -111,9 +111,11 @@ std::vector<Acceptor::Outgoing> Acceptor::Due(TimePoint now) {
       continue;
     }
     if (session.tries >= kLoginTries && session.incarnation) SendHello(session);
+    // An acceptor under a flood answers a random share of hellos, so further tries say it several times.
+    const int copies = session.incarnation ? 1 : std::min(1 << std::min(session.tries, 8), kMaxHelloCopies);
     ++session.tries;
-    stats_.bytes_to_unproven += session.sent.size();
-    out.push_back({session.address, session.sent});
+    stats_.bytes_to_unproven += static_cast<std::size_t>(copies) * session.sent.size();
+    out.insert(out.end(), static_cast<std::size_t>(copies), {session.address, session.sent});
     SetDue(session, now + session.retry);
     session.retry = std::min(session.retry * 2, kMaxRetry);
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "net/acceptor.h"
+#include "net/session_budget.h"
 #include "net/session_index.h"
 
 namespace tessera::net {
@@ -24,8 +25,10 @@ struct Acceptor::Session {
 
   // Fields of an accepted session.
   PeerIdentity who;
-  VerificationKey holder{};  // of the credential
-  bool heard = false;        // a sealed datagram has come, so the other end knows that it was accepted
+  VerificationKey holder{};      // of the credential
+  bool heard = false;            // a sealed datagram has come, so the other end knows that it was accepted
+  std::uint64_t credential = 0;  // its hash, for HeldOff
+  SessionBudget budget;
 
   // Fields of a dialled session until it is open.
   RegionId region;

@@ -230,7 +230,7 @@ TEST_F(AcceptorTest, AReplayedLoginGetsOtherKeys) {
 }
 
 TEST_F(AcceptorTest, LoginsOfOneAddressAreLimited) {
-  Acceptor acceptor({.max_sessions = 8, .logins_per_s = 10, .login_burst = 5});
+  Acceptor acceptor({.max_sessions = 8, .logins_of_an_address = {.per_s = 10, .burst = 5}});
   acceptor.Open(Identity());
   Credentials bad = Player();
   bad.key = SigningKey::Make();
@@ -246,6 +246,43 @@ TEST_F(AcceptorTest, LoginsOfOneAddressAreLimited) {
   now_ += milliseconds(101);
   EXPECT_TRUE(try_once());
   EXPECT_FALSE(try_once());
+}
+
+TEST_F(AcceptorTest, HellosOfOneAddressAndOfAllAreLimited) {
+  Acceptor acceptor(
+      {.max_sessions = 8, .hellos = {.per_s = 100, .burst = 50}, .hellos_of_an_address = {.per_s = 10, .burst = 5}});
+  acceptor.Open(Identity());
+  const auto answered = [&](std::uint32_t first, std::uint32_t addresses, int each) {
+    int replies = 0;
+    for (std::uint32_t host = first; host < first + addresses; ++host) {
+      for (int i = 0; i < each; ++i) {
+        Bytes hello = Write(Hello{.protocol = kProtocolVersion, .session = 1, .nonce = {}});
+        replies += acceptor.Receive(now_, {.host = host, .port = 9}, hello).kind == Kind::kReply ? 1 : 0;
+      }
+    }
+    return replies;
+  };
+  EXPECT_EQ(answered(1, 1, 20), 5);
+  EXPECT_EQ(answered(1'000'000, 1000, 1), 45);  // in all
+  EXPECT_EQ(acceptor.stats().hellos, 50u);
+  EXPECT_EQ(acceptor.stats().hellos_limited, 970u);
+  EXPECT_EQ(acceptor.unproven().hellos, 1020u);
+  now_ += milliseconds(100);
+  EXPECT_EQ(answered(2'000'000, 1000, 1), 10);
+}
+
+TEST_F(AcceptorTest, AHelloWithoutAnswerIsSaidSeveralTimesAndALoginOnce) {
+  Bytes hello = HelloOf(Player());
+  std::vector<std::size_t> copies;
+  for (int i = 0; i < 5; ++i) {
+    now_ = *dialler_.next_due();
+    copies.push_back(dialler_.Due(now_).size());
+  }
+  EXPECT_EQ(copies, (std::vector<std::size_t>{2, 4, 8, 8, 8}));
+  Bytes challenge = Copy(AtServer(hello));
+  ASSERT_EQ(AtDialler(challenge).kind, Kind::kReply);
+  now_ = *dialler_.next_due();
+  EXPECT_EQ(dialler_.Due(now_).size(), 1u);
 }
 
 TEST_F(AcceptorTest, ADialGoesOnAtTheNextLifeOfTheRegion) {

@@ -31,7 +31,7 @@ constexpr std::size_t kMaxEventsPerService = 4096;
 // A failing send to one peer makes ENet skip those after it; a few more rounds reach them.
 constexpr int kMaxFailedRounds = 4;
 // ENet looks at so many datagrams a call. Where unproven peers sent them all it is called again, but not for ever.
-constexpr std::size_t kDatagramsPerRound = 256, kMaxDatagramsPerService = 8192;
+constexpr std::size_t kDatagramsPerRound = 256;
 
 bool InitializeEnet() {
   static const bool initialized = enet_initialize() == 0;  // never undone: other endpoints may live in static storage
@@ -222,6 +222,7 @@ absl::StatusOr<std::unique_ptr<Endpoint>> Endpoint::Create(const EndpointOptions
   if (enet_socket_get_address(host.socket, &bound) != 0) return absl::InternalError("the socket has no address");
   impl->port = bound.port;
   impl->outbox.emplace(host.socket);
+  impl->flood_filter.emplace(host.socket);
   return std::unique_ptr<Endpoint>(new Endpoint(std::move(impl)));
 }
 
@@ -315,6 +316,7 @@ void Endpoint::Impl::Take(std::chrono::milliseconds wait, std::vector<Event>& ou
   auto wait_ms = static_cast<enet_uint32>(wait.count());
   int failed_rounds = 0;
   const enet_uint32 begin = host->totalReceivedPackets;
+  const std::size_t most = options.datagrams_per_service + options.datagrams_per_peer * acceptor.sessions();
   while (out.size() < kMaxEventsPerService) {
     ENetEvent event{};
     const enet_uint32 before = host->totalReceivedPackets;
@@ -324,13 +326,16 @@ void Endpoint::Impl::Take(std::chrono::milliseconds wait, std::vector<Event>& ou
     const int result = enet_host_service(host, &event, std::exchange(wait_ms, 0));
     if (result < 0 && ++failed_rounds <= kMaxFailedRounds) continue;
     if (result < 0) break;
-    const bool more = host->totalReceivedPackets - before >= kDatagramsPerRound &&
-                      host->totalReceivedPackets - begin < kMaxDatagramsPerService;
-    if (result == 0 && !more) break;
-    if (result == 0) continue;
-    do {
-      Handle(event, out);
-    } while (out.size() < kMaxEventsPerService && enet_host_check_events(host, &event) > 0);
+    if (result == 0 && host->totalReceivedPackets - before < kDatagramsPerRound) break;
+    if (result > 0) {
+      do {
+        Handle(event, out);
+      } while (out.size() < kMaxEventsPerService && enet_host_check_events(host, &event) > 0);
+    }
+    if (host->totalReceivedPackets - begin >= most) {
+      ++receive_stats.cut_short;
+      break;
+    }
   }
 }
 
@@ -350,6 +355,15 @@ void Endpoint::Disconnect(PeerHandle peer) {
   } else {
     enet_peer_disconnect_later(&enet, 0);
   }
+}
+
+void Endpoint::NoteRefused(PeerHandle peer, bool floods) {
+  const auto found = impl_->peers.find(peer);
+  if (found == impl_->peers.end() || found->second.outgoing || !impl_->acceptor.Has(found->second.session)) return;
+  const Impl::Clock::time_point now = Impl::Clock::now();
+  const SessionNumber session = found->second.session;
+  impl_->acceptor.NoteRefused(now, session, floods);
+  if (floods) impl_->flood_filter->ShutOut(now, impl_->acceptor.AddressOf(session));
 }
 
 std::size_t Endpoint::connections() const {
@@ -378,5 +392,6 @@ std::string Endpoint::AddressOf(PeerHandle peer) const {
 }
 
 const AcceptorStats& Endpoint::acceptor_stats() const { return impl_->acceptor.stats(); }
+const ReceiveStats& Endpoint::receive_stats() const { return impl_->receive_stats; }
 
 }  // namespace tessera::net

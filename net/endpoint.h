@@ -2,9 +2,9 @@
 //
 // It sends reliable ordered messages and unsequenced datagrams to peers by handle. Every peer has proven who it is, and
 // every datagram is sealed; unproven peers leave no trace but in the counters of `acceptor_stats`. ENet carries the
-// reliable messages; its traps are hidden: limits on sizes and waiting data, small socket buffers. Unsequenced messages
-// bypass it, each sealed by itself and many by one system call: a thousand clients' snapshots would be most of its
-// work.
+// reliable messages; its traps are hidden: limits on sizes and waiting data, small socket buffers. Strangers and
+// accepted peers cost a bounded amount of work and memory (limits.h, flood_filter.h). Unsequenced messages bypass it,
+// each sealed by itself and many by one system call: a thousand clients' snapshots would be most of its work.
 //
 //   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
 //   (*endpoint)->Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), ...});
@@ -29,6 +29,7 @@
 #include "core/world/ids.h"
 #include "net/acceptor.h"
 #include "net/credential.h"
+#include "net/limits.h"
 #include "net/protocol.h"
 
 namespace tessera::net {
@@ -55,10 +56,19 @@ struct EndpointOptions {
   // False: reliable messages of accepted peers are dropped. ENet keeps such messages until they are complete and in
   // order, and trusts the peer on how many are missing.
   bool accept_reliable_messages = true;
+  // What each accepted peer may send; the excess is dropped. One that goes on for long gets a kFloods event.
+  SessionLimits accepted{};
+  // How many datagrams one Service looks at, and how many more for each peer; the others wait.
+  std::size_t datagrams_per_service = kMaxDatagramsPerService, datagrams_per_peer = 0;
 };
 
 struct Event {
-  enum class Kind : std::uint8_t { kConnected, kDisconnected, kMessage };
+  enum class Kind : std::uint8_t {
+    kConnected,
+    kDisconnected,
+    kMessage,
+    kFloods,  // an accepted peer sends more than it may, and has for long: the caller is to end it. Once
+  };
   Kind kind = Kind::kMessage;
   PeerHandle peer{};
   Delivery delivery = Delivery::kReliable;  // kMessage
@@ -71,6 +81,11 @@ struct Event {
 struct PeerStats {
   std::chrono::milliseconds round_trip{0};
   std::uint64_t bytes_sent = 0, bytes_received = 0;  // payload
+};
+
+struct ReceiveStats {
+  std::uint64_t cut_short = 0;       // calls of Service that left datagrams waiting
+  std::uint64_t kernel_dropped = 0;  // datagrams that found the socket's buffer full, or that the flood filter dropped
 };
 
 class Endpoint {
@@ -103,11 +118,15 @@ class Endpoint {
   std::vector<Event> Service(std::chrono::milliseconds timeout);
   // Takes effect after queued messages have gone out. The peer learns of it; no further event of it comes here.
   void Disconnect(PeerHandle peer);
+  // Before Disconnect: the caller refuses an accepted peer that it was told of as connected. One that comes back so
+  // again and again is not looked at for a while; all that one that `floods` sends is dropped by the kernel.
+  void NoteRefused(PeerHandle peer, bool floods);
   // Connections, including those that are being made or ended: 0 after Disconnect of the last peer once all is sent.
   std::size_t connections() const;
   PeerStats StatsOf(PeerHandle peer) const;      // zeros when there is no such peer any more
   std::string AddressOf(PeerHandle peer) const;  // "127.0.0.1:7777"; empty when there is no such peer any more
   const AcceptorStats& acceptor_stats() const;
+  const ReceiveStats& receive_stats() const;
 
  private:
   struct Impl;

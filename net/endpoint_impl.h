@@ -14,6 +14,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "net/acceptor.h"
 #include "net/endpoint.h"
+#include "net/flood_filter.h"
 #include "net/outbox.h"
 
 namespace tessera::net {
@@ -44,8 +45,9 @@ struct Endpoint::Impl {
   explicit Impl(const EndpointOptions& options_in)
       : options(options_in),
         acceptor({.max_sessions = options_in.max_peers,
-                  .max_per_address = options_in.max_peers_per_address == 0 ? options_in.max_peers
-                                                                           : options_in.max_peers_per_address}) {}
+                  .max_per_address =
+                      options_in.max_peers_per_address == 0 ? options_in.max_peers : options_in.max_peers_per_address,
+                  .accepted = options_in.accepted}) {}
   ~Impl();
 
   EndpointOptions options;
@@ -61,7 +63,9 @@ struct Endpoint::Impl {
   bool waiting = false;        // for the first datagram
   std::optional<Outbox> outbox;
   std::array<std::uint8_t, ENET_PROTOCOL_MAXIMUM_MTU + kSealHeaderBytes + kSealTagBytes> sealed{};
-  Clock::time_point sweep_at{};
+  std::optional<FloodFilter> flood_filter;
+  ReceiveStats receive_stats;
+  Clock::time_point sweep_at{}, drops_read_at{};
   bool peer_gone = false;  // since the last sweep
 
   // ENet passes its checksum callback neither the host nor user data, so the endpoint under way is found through this
@@ -125,6 +129,7 @@ struct Endpoint::Impl {
   void Seal();
   void Progress(Clock::time_point now);
   void Sweep();
+  void ReadKernelDrops(Clock::time_point now);
   void Take(std::chrono::milliseconds wait, std::vector<Event>& out);
 
   // ENet's events (endpoint.cpp). Each of these adds at most one event.

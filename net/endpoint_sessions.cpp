@@ -1,9 +1,11 @@
 // Between ENet and the acceptor: received datagrams are opened, sent ones are sealed, sessions begin and end.
 #include <arpa/inet.h>
+#include <linux/sock_diag.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 
 #include "net/endpoint_impl.h"
 #include "net/enet_adapter.h"
@@ -58,6 +60,14 @@ bool Endpoint::Impl::TakeDatagram(ENetEvent* event) {
     case Acceptor::Received::Kind::kRefused:
       EndDial(received.session, acceptor.RefusalOf(received.session));
       EndWait(event);
+      return false;
+    case Acceptor::Received::Kind::kFloods:
+      if (const std::optional<PeerHandle> handle = PeerOf(received.session)) {
+        pending.push_back({.kind = Event::Kind::kFloods, .peer = *handle});
+        EndWait(event);
+      } else {
+        acceptor.Forget(received.session);  // it has not even connected
+      }
       return false;
   }
   return false;
@@ -166,6 +176,8 @@ void Endpoint::Impl::Seal() {
 
 void Endpoint::Impl::Progress(Clock::time_point now) {
   for (const Acceptor::Outgoing& out : acceptor.Due(now)) Send(out.to, out.bytes);
+  flood_filter->Measure(now, acceptor.unproven());
+  ReadKernelDrops(now);
   if (now < sweep_at) return;
   sweep_at = now + kSweepInterval;
   Sweep();
@@ -174,6 +186,16 @@ void Endpoint::Impl::Progress(Clock::time_point now) {
     if (peer.enet == nullptr && now >= peer.dial_until) late.push_back(peer.session);
   }
   for (const SessionNumber session : late) EndDial(session, std::nullopt);
+}
+
+void Endpoint::Impl::ReadKernelDrops(Clock::time_point now) {
+  if (now < drops_read_at) return;
+  drops_read_at = now + FloodFilter::kUpdate;
+  std::array<std::uint32_t, SK_MEMINFO_VARS> memory{};
+  socklen_t bytes = sizeof memory;
+  if (getsockopt(host->socket, SOL_SOCKET, SO_MEMINFO, memory.data(), &bytes) != 0) return;
+  const auto before = static_cast<std::uint32_t>(receive_stats.kernel_dropped);
+  receive_stats.kernel_dropped += memory[SK_MEMINFO_DROPS] - before;  // the kernel counts modulo 2^32
 }
 
 // Ends the sessions whose ENet peer is gone, and forgets those that the acceptor ended.

@@ -58,6 +58,9 @@ ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
           clients_.erase(gone);
         }
         break;
+      case net::Event::Kind::kFloods:
+        OnFlood(event.peer);
+        break;
       case net::Event::Kind::kMessage:
         // Clients say nothing reliably.
         if (event.delivery == net::Delivery::kUnsequenced) OnDatagram(event, now, tick, received);
@@ -67,9 +70,18 @@ ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
   AnswerPending(now, tick, started);
   DropSilent(now);
   CountClients();
-  metrics_.game_acceptor.Take(endpoint_->acceptor_stats());
+  metrics_.game_acceptor.Take(endpoint_->acceptor_stats(), endpoint_->receive_stats());
   received.any = !events.empty();
   return received;
+}
+
+void GamePort::OnFlood(net::PeerHandle peer) {
+  endpoint_->NoteRefused(peer, true);
+  Refuse(peer, v1::REFUSAL_REASON_SESSION_ENDED,
+         absl::StrCat("more than ", net::kPlayerLimits.datagrams.per_s, " datagrams or ",
+                      net::kPlayerLimits.bytes.per_s / 1024, " KiB a second for ",
+                      net::kPlayerLimits.patience.count() / 1000, " s"));
+  clients_.erase(peer);
 }
 
 void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, ReceivedFromClients& received) {
@@ -151,6 +163,7 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
              absl::StrCat("player ", number, " is not known to this instance"));
       return true;
     case Admission::kLeft:
+      endpoint_->NoteRefused(peer, false);
       if (const std::string why = ended_because_ ? ended_because_(pending.player) : ""; !why.empty()) {
         Refuse(peer, v1::REFUSAL_REASON_SESSION_ENDED, why);
         return true;
@@ -158,6 +171,7 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER, absl::StrCat("player ", number, " has left"));
       return true;
     case Admission::kReplaced:
+      endpoint_->NoteRefused(peer, false);
       Refuse(peer, v1::REFUSAL_REASON_REPLACED, absl::StrCat("player ", number, kJoinedAnew));
       return true;
     case Admission::kWelcome:

@@ -49,7 +49,7 @@ bool RegionLinks::Service(TimePoint now, const LinkTable& table, MapVersion map_
   for (const net::Event& event : happened) Handle(event, round);
   if (identity_ && !closed_) DialDue(round);
   DropSilentCallers(now);
-  metrics_.link_acceptor.Take(endpoint_->acceptor_stats());
+  metrics_.link_acceptor.Take(endpoint_->acceptor_stats(), endpoint_->receive_stats());
   return !happened.empty();
 }
 
@@ -67,6 +67,8 @@ void RegionLinks::Handle(const net::Event& event, const Round& round) {
                      telemetry::LogValue(event.refusal->detail));
       }
       return OnDisconnected(event.peer, round);
+    case net::Event::Kind::kFloods:
+      return;  // links have no limit
     case net::Event::Kind::kMessage:
       return OnMessage(event, round);
   }

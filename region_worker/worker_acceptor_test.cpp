@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <thread>
+#include <vector>
 
 #include "core/world/byte_view.h"
 #include "net/testing/spoofed_flood.h"
@@ -67,6 +68,31 @@ TEST_F(WorkerAcceptorTest, PlayersJoinAndPlayWhileStrangersFlood) {
   const std::string metrics = ReadMetrics(static_cast<std::uint16_t>(port_ + 2));
   EXPECT_NE(metrics.find("tessera_region_acceptor_datagrams_total{port=\"game\",result=\"accepted\"} 3"),
             std::string::npos);
+}
+
+// The other player's snapshots go on meanwhile.
+TEST_F(WorkerAcceptorTest, AClientThatFloodsIsEndedWithTheReasonAndDoesNotComeBack) {
+  const net::Credentials credentials = CredentialsFor(1);
+  TestClient honest(scene_->bounds), flooder(scene_->bounds);
+  EXPECT_TRUE(honest.Connect(port_, RegionId(1), CredentialsFor(2)));
+  EXPECT_TRUE(flooder.Connect(port_, RegionId(1), credentials));
+  ASSERT_TRUE(Until({&honest, &flooder}, [&] { return honest.welcome && flooder.welcome; }));
+  const Tick then = honest.tick;
+  const std::vector<std::uint8_t> junk(100, 0x55);
+  ASSERT_TRUE(Until({&honest, &flooder}, [&] {
+    for (int i = 0; i < 200 && !flooder.disconnected; ++i) flooder.SendDatagram(junk);
+    honest.Acknowledge();
+    return flooder.refusal.has_value();
+  }));
+  EXPECT_EQ(flooder.refusal->reason(), v1::REFUSAL_REASON_SESSION_ENDED);
+  EXPECT_EQ(flooder.refusal->detail(), "more than 1000 datagrams or 512 KiB a second for 3 s");
+  TestClient again(scene_->bounds);
+  EXPECT_FALSE(again.Connect(port_, RegionId(1), credentials));
+  EXPECT_TRUE(honest.Until([&] { return honest.tick > then + 30; }));
+  EXPECT_FALSE(honest.disconnected);
+  const std::string metrics = ReadMetrics(static_cast<std::uint16_t>(port_ + 2));
+  EXPECT_NE(metrics.find("tessera_region_floods_total{port=\"game\"} 1"), std::string::npos);
+  EXPECT_NE(metrics.find("result=\"held_off\"} 1"), std::string::npos);
 }
 
 TEST_F(WorkerAcceptorTest, NeitherCredentialsNorKeysAreInTheLog) {

@@ -37,7 +37,15 @@ constexpr char kInputs[] = "tessera_region_inputs_total", kInputsHelp[] = "Input
 
 }  // namespace
 
-AcceptorMetrics::AcceptorMetrics(prometheus::Registry& registry, const char* port) {
+AcceptorMetrics::AcceptorMetrics(prometheus::Registry& registry, const char* port)
+    : cut_short_(
+          Counter(registry, "tessera_region_receive_cut_short_total",
+                  "Times that a port left datagrams waiting, because it had looked at as many as it may at once.",
+                  {{"port", port}})),
+      kernel_dropped_(
+          Counter(registry, "tessera_region_kernel_dropped_total",
+                  "Datagrams that the kernel dropped before a port saw them: for want of room, or in a flood.",
+                  {{"port", port}})) {
   using Stats = net::AcceptorStats;
   const auto datagrams = [&](const char* result, std::uint64_t Stats::*count) {
     series_.push_back(
@@ -50,10 +58,16 @@ AcceptorMetrics::AcceptorMetrics(prometheus::Registry& registry, const char* por
   datagrams("accepted", &Stats::accepted);
   datagrams("refused", &Stats::refused);
   datagrams("limited", &Stats::limited);
+  datagrams("hello_limited", &Stats::hellos_limited);
+  datagrams("held_off", &Stats::held_off);
+  datagrams("excess", &Stats::excess);
   datagrams("stale", &Stats::stale);
   datagrams("unknown", &Stats::unknown);
   datagrams("replayed", &Stats::replayed);
   datagrams("forged", &Stats::forged);
+  series_.push_back({&Counter(registry, "tessera_region_floods_total",
+                              "Sessions that were ended because they sent too much for too long.", {{"port", port}}),
+                     &Stats::floods});
   const auto bytes = [&](const char* direction, std::uint64_t Stats::*count) {
     series_.push_back({&Counter(registry, "tessera_region_acceptor_bytes_total",
                                 "Bytes from and to peers that have not proven who they are.",
@@ -64,12 +78,15 @@ AcceptorMetrics::AcceptorMetrics(prometheus::Registry& registry, const char* por
   bytes("out", &Stats::bytes_to_unproven);
 }
 
-void AcceptorMetrics::Take(const net::AcceptorStats& now) {
+void AcceptorMetrics::Take(const net::AcceptorStats& now, const net::ReceiveStats& received) {
   for (const Series& series : series_) {
     const std::uint64_t more = now.*series.count - before_.*series.count;
     if (more > 0) series.counter->Increment(static_cast<double>(more));
   }
   before_ = now;
+  cut_short_.Increment(static_cast<double>(received.cut_short - received_before_.cut_short));
+  kernel_dropped_.Increment(static_cast<double>(received.kernel_dropped - received_before_.kernel_dropped));
+  received_before_ = received;
 }
 
 WorkerMetrics::WorkerMetrics()

@@ -21,12 +21,12 @@
 
 namespace tessera::worker {
 
-// Counters of the datagrams that the acceptor of one port saw, by result.
+// Counters of the datagrams that the acceptor of one port saw, by result, and of those that it never saw.
 class AcceptorMetrics {
  public:
   AcceptorMetrics(prometheus::Registry& registry, const char* port);
   // `now` counts from the start of the port.
-  void Take(const net::AcceptorStats& now);
+  void Take(const net::AcceptorStats& now, const net::ReceiveStats& received);
 
  private:
   struct Series {
@@ -35,6 +35,8 @@ class AcceptorMetrics {
   };
   std::vector<Series> series_;
   net::AcceptorStats before_;
+  prometheus::Counter &cut_short_, &kernel_dropped_;
+  net::ReceiveStats received_before_;
 };
 
 class WorkerMetrics {

@@ -82,7 +82,10 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   auto game = net::Endpoint::Create({.bind_address = options_.bind_address,
                                      .port = options_.game_port,
                                      .max_peers = kGamePeers,
-                                     .accept_reliable_messages = false});
+                                     .accept_reliable_messages = false,
+                                     .accepted = net::kPlayerLimits,
+                                     .datagrams_per_service = net::kDatagramsPerService,
+                                     .datagrams_per_peer = net::kDatagramsPerSession});
   if (!game.ok()) return PortError(game.status(), "game port");
   auto links = net::Endpoint::Create({.bind_address = options_.bind_address,
                                       .port = options_.link_port,

@@ -23,7 +23,7 @@ std::map<std::string, std::size_t> StartsOf(const ClusterHarness& harness) {
   return starts;
 }
 
-void Delete(ClusterHarness& harness, const std::string& id) {
+void DeleteWorld(ClusterHarness& harness, const std::string& id) {
   v1::DeleteInstanceRequest request;
   request.set_id(id);
   ASSERT_TRUE(harness.cluster().DeleteInstance(harness.now, request).ok());
@@ -97,7 +97,7 @@ TEST_F(RecoveryTest, AWorldThatWasScaledAndJoinedSinceIsTakenUpAsItRuns) {
 TEST_F(RecoveryTest, WhatEndedSinceIsNotBegunAgain) {
   const std::string gone = Start(harness_, 2), stays = Start(harness_, 2);
   const std::string backup = harness_.Backup();
-  Delete(harness_, gone);
+  DeleteWorld(harness_, gone);
   const auto starts = StartsOf(harness_);
   harness_.BeginFrom(backup);
   harness_.Run(seconds(5));
@@ -125,7 +125,7 @@ TEST_F(RecoveryTest, AWorldThatWasMadeSinceRunsOnUnknownUntilSomebodyEndsIt) {
   EXPECT_EQ(harness_.Workers(), 3u) << "nor by the next control plane";
   EXPECT_NE(Start(harness_, 1), unknown) << "its id is not given again";
   EXPECT_EQ(harness_.Workers(), 4u);
-  Delete(harness_, unknown);
+  DeleteWorld(harness_, unknown);
   EXPECT_EQ(harness_.Workers(), 1u);
 }
 

@@ -1,0 +1,70 @@
+// FloodFilter: lets the kernel drop what a port would drop anyway, before it wakes anybody or takes room in the
+// socket's buffer. It is a classic BPF program on the socket, made anew when what it drops changes; without a flood
+// there is none. Where the kernel takes no such program all is as before, only dearer.
+//
+// Datagrams without proof are of three kinds: hellos, logins and the others (challenges, accepts, refusals, unknown
+// ones). When more of a kind come than are looked at, the kernel passes a random share of them; the rate of all is
+// known from the share. Sealed datagrams pass, for they may be a player's, except from ends that are shut out.
+//
+//   FloodFilter filter(socket);
+//   filter.Measure(now, acceptor.unproven());  // acts each kUpdate
+//   filter.ShutOut(now, address);
+//
+// Thread rule: one thread; time comes in.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "net/acceptor.h"
+#include "net/address.h"
+#include "net/limits.h"
+
+struct sock_filter;
+
+namespace tessera::net {
+
+class FloodFilter {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+  static constexpr std::chrono::milliseconds kUpdate{100};
+
+  explicit FloodFilter(int socket);
+  FloodFilter(const FloodFilter&) = delete;
+  FloodFilter& operator=(const FloodFilter&) = delete;
+
+  // `seen`: the datagrams that the socket gave, since the start.
+  void Measure(TimePoint now, const UnprovenDatagrams& seen);
+  void ShutOut(TimePoint now, const Address& address);
+
+  bool active() const { return active_; }
+  // Of all hellos, those that pass: 0 to 1.
+  double hellos_that_pass() const { return hellos_.passes; }
+
+ private:
+  struct Kind {
+    double most_per_s;
+    double passes = 1;  // the share, 0 to 1
+    std::uint64_t seen = 0;
+  };
+  struct End {
+    Address address;
+    TimePoint until;
+  };
+
+  // Whether it changed much.
+  static bool Adapt(Kind& kind, std::uint64_t seen, double passed_s);
+  std::vector<sock_filter> Program() const;
+  void Apply();
+
+  int socket_;
+  Kind hellos_{.most_per_s = kHellos.per_s}, logins_{.most_per_s = kUnproven_per_s},
+      others_{.most_per_s = kUnproven_per_s};
+  std::deque<End> shut_out_;  // the first to end first
+  TimePoint measured_{};
+  bool active_ = false;
+};
+
+}  // namespace tessera::net
