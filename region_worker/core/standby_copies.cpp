@@ -16,11 +16,13 @@ constexpr Duration kAskDistance = std::chrono::milliseconds(250);
 
 void StandbyCopies::Set(std::span<const RegionId> primaries, TimePoint now, const LinkTable& links, Actions& actions) {
   for (const RegionId region : primaries) {
-    // A retired copy missed something: it begins anew with a whole state.
-    const auto retired = primaries_.find(region);
-    if (retired != primaries_.end() && !retired->second.wanted && !retired->second.dead) primaries_.erase(retired);
-    if (!primaries_.contains(region)) Add(region, links, actions);
-    primaries_.at(region).wanted = true;
+    const auto known = primaries_.find(region);
+    const bool retired = known != primaries_.end() && !known->second.wanted && !known->second.dead;
+    if (known == primaries_.end() || retired) Add(region, links, actions);
+    Primary& primary = primaries_.at(region);
+    // A retired copy missed something: another whole state takes its place. Until then it may be all that there is.
+    if (retired) primary.stale = primary.copy.whole();
+    primary.wanted = true;
   }
   for (auto& [region, primary] : primaries_) {
     if (!primary.wanted || std::ranges::find(primaries, region) != primaries.end()) continue;
@@ -62,9 +64,12 @@ void StandbyCopies::OnLog(RegionId from, const LinkMessage& message, TimePoint n
 }
 
 void StandbyCopies::Take(RegionId from, Primary& primary, TimePoint now, const LinkTable& links, Actions& actions) {
+  const Tick before = primary.copy.tick();
   const absl::Status taken = primary.copy.Receive(primary.partial);
   primary.partial.clear();
   if (taken.ok()) {
+    if (primary.stale && primary.copy.tick() <= before) return;  // what it had already
+    primary.stale = false;
     primary.acknowledged_at = now;
     ++primary.signs;
     links.Send(from, Numbered(LinkMessageKind::kLogTaken, primary.copy.tick().value()), actions);
@@ -82,7 +87,7 @@ void StandbyCopies::OnLeaseAsk(RegionId from, std::uint64_t number, TimePoint no
                                Actions& actions) {
   const auto primary = primaries_.find(from);
   if (primary == primaries_.end() || primary->second.dead || !primary->second.wanted) return;
-  if (!primary->second.copy.whole()) return;
+  if (!primary->second.copy.whole() || primary->second.stale) return;
   primary->second.acknowledged_at = now;
   ++primary->second.signs;
   links.Send(from, Numbered(LinkMessageKind::kLeaseGiven, number), actions);
@@ -119,7 +124,7 @@ std::optional<TimePoint> StandbyCopies::AcknowledgedAt(RegionId primary) const {
 
 void StandbyCopies::Report(v1::WorkerReport& report) const {
   for (const auto& [region, primary] : primaries_) {
-    if (!primary.copy.whole() || !primary.wanted) continue;
+    if (!primary.copy.whole() || !primary.wanted || primary.stale) continue;
     v1::StandbyStatus& copy = *report.add_standby_copies();
     copy.set_region(region.value());
     copy.set_incarnation(primary.copy.incarnation().value());

@@ -33,8 +33,10 @@ class StandbyCopies {
 
   explicit StandbyCopies(const region::Catalog& catalog) : catalog_(catalog) {}
 
-  // Until a primary's new standby has a whole copy, the old one's may be the only one: it stays so long.
-  static constexpr Duration kRetiredFor = std::chrono::seconds(10);
+  // Until a primary's new standby has a whole copy, the old one's may be the only one. It stays for as long as it takes
+  // to find a new one that takes its log: the control plane gives each 5 s, and stores another. Shorter, and a death
+  // undoes what was committed; longer, and a copy costs memory that is of no more use.
+  static constexpr Duration kRetiredFor = std::chrono::seconds(30);
 
   // Whole state. Copies of dead primaries stay, and those of regions that are primaries no more for a while.
   void Set(std::span<const RegionId> primaries, TimePoint now, const LinkTable& links, Actions& actions);
@@ -63,6 +65,7 @@ class StandbyCopies {
     region::Bytes partial;           // pieces of the message that is coming in
     LinkTable::LinkNumber link = 0;  // over which they come
     bool dead = false, wanted = true;
+    bool stale = false;       // it has missed something, and stays until there is a new whole state in its place
     std::uint64_t signs = 0;  // that it lives
     TimePoint acknowledged_at{};
     TimePoint retired_at{};  // where it is not wanted

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "region_worker/testing/regions.h"
 #include "region_worker/testing/small_world.h"
 
@@ -77,6 +79,40 @@ TEST_F(StandbyCopiesTest, ARetiredCopyEndsAfterAWhileAndBeginsAnewIfItIsWantedAg
   copies_.Set({}, now_, links_, actions_);
   copies_.Expire(now_ + StandbyCopies::kRetiredFor);
   EXPECT_EQ(copies_.AcknowledgedAt(kPrimary), std::nullopt);
+}
+
+TEST_F(StandbyCopiesTest, ACopyThatIsWantedAgainStaysUntilAWholeStateIsInItsPlace) {
+  copies_.Set(primaries_, now_, links_, actions_);
+  region::RegionState state;
+  state.region = kPrimary;
+  state.incarnation = Incarnation(1);
+  const auto receive = [&](std::uint64_t tick) {
+    state.tick = Tick(tick);
+    const region::Bytes bytes = region::EncodeState(state);
+    copies_.OnLog(kPrimary, {.kind = LinkMessageKind::kLog, .bytes = bytes, .last = true}, now_, links_, actions_);
+  };
+  receive(5);
+  copies_.Set({}, now_, links_, actions_);
+  copies_.Set(primaries_, now_, links_, actions_);
+  ASSERT_THAT(copies_.Whole(), SizeIs(1)) << "a death now must find it";
+  EXPECT_EQ(copies_.Whole()[0]->tick(), Tick(5));
+  v1::WorkerReport report;
+  copies_.Report(report);
+  EXPECT_THAT(report.standby_copies(), IsEmpty()) << "it lacks what came meanwhile";
+  const auto answers = [&](LinkMessageKind kind) {
+    return std::ranges::count_if(TakeSent(actions_),
+                                 [&](const SentMessage& sent) { return sent.message.kind == kind; });
+  };
+  (void)TakeAsked();
+  copies_.OnLeaseAsk(kPrimary, 1, now_, links_, actions_);
+  EXPECT_EQ(answers(LinkMessageKind::kLeaseGiven), 0);
+  receive(5);
+  EXPECT_EQ(answers(LinkMessageKind::kLogTaken), 0) << "nothing new";
+  receive(9);
+  EXPECT_EQ(answers(LinkMessageKind::kLogTaken), 1);
+  copies_.Report(report);
+  ASSERT_THAT(report.standby_copies(), SizeIs(1));
+  EXPECT_EQ(report.standby_copies(0).tick(), 9U);
 }
 
 TEST_F(StandbyCopiesTest, TheNextLifeOfADeadPrimaryIsAskedOnceTheDeadIsSettled) {
