@@ -29,9 +29,10 @@ struct NotRun {
 
 constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try_units.sh does it in a container";
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
+constexpr const char* kNativeGame = "needs a game of the reader's own; end_to_end_native_test has one";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
 
-constexpr std::array<NotRun, 36> kNotRun = {{
+constexpr auto kNotRun = std::to_array<NotRun>({
     {"./dev test", kWholeBuild},
     {"./dev build", kWholeBuild},
     {"./dev fmt", "changes the sources"},
@@ -65,12 +66,16 @@ constexpr std::array<NotRun, 36> kNotRun = {{
     {"journalctl -u tessera-agent", kInContainer},
     {"less /var/lib/tessera/agent/logs/", "needs a person and an installed agent"},
     {"c++ -std=c++17 -O2 -fPIC -shared", "needs a game of the reader's own; game_native_test builds one like it"},
+    {"tessera instance create --scene scene.json --game native:", kNativeGame},
+    {"install -d /usr/local/lib/tessera/games", kNativeGame},
+    {"install -m 644 arena.so", kNativeGame},
+    {"mv /usr/local/lib/tessera/games/", kNativeGame},
     {"tessera --control unix:/var/lib/tessera",
      "needs an installed control plane; end_to_end_trust_test does it with one"},
     {"tessera context add", "needs a cluster that is reached by TLS; end_to_end_trust_test has one"},
     {"prometheus --config.file=", "runs until it is stopped; deploy_prometheus_config checks the file"},
     {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},
-}};
+});
 
 // A command that a block takes for granted: `word` occurs in the block, and none of its commands begins with `maker`.
 struct Preparation {
