@@ -92,6 +92,9 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, Rec
     if (IsViewer(client.player)) return;
     return OnCommands(event, client, now, received);
   }
+  if (replication::KindOf(event.bytes) == replication::DatagramKind::kSceneRequest) {
+    return OnSceneRequest(event, client, now, received);
+  }
   if (replication::KindOf(event.bytes) != replication::DatagramKind::kInput) return;
   absl::StatusOr<replication::InputMessage> message = replication::DecodeInput(event.bytes);
   if (!message.ok()) {
@@ -107,6 +110,16 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, Rec
     if (input.number > client.newest_input) NoteMargin(client, input, tick);
     received.inputs.push_back(input);
   }
+}
+
+// A client that waits for the scene answers no snapshots; its requests, which it repeats, count as its answers.
+void GamePort::OnSceneRequest(const net::Event& event, ConnectedClient& client, TimePoint now,
+                              ReceivedFromClients& received) {
+  const absl::StatusOr<replication::SceneRequest> request = replication::DecodeSceneRequest(event.bytes);
+  if (!request.ok()) return metrics_.inputs_refused.Increment();
+  client.waits_for_scene = request->want != replication::SceneRequest::Want::kHave;
+  client.unanswered_since = client.waits_for_scene ? std::optional(now) : std::nullopt;
+  received.scene_requests.push_back({event.peer, *request});
 }
 
 // A command beyond the limit is not taken, nor is any after it; its client sends them again.
@@ -264,6 +277,10 @@ void GamePort::SendToAll(std::span<const std::uint8_t> datagram) {
 
 void GamePort::Send(net::PeerHandle peer, const v1::RegionControl& message) {
   (void)endpoint_->Send(peer, net::Delivery::kReliable, AsBytes(message.SerializeAsString()));
+}
+
+void GamePort::SendScene(net::PeerHandle peer, std::span<const std::uint8_t> message) {
+  (void)endpoint_->Send(peer, net::Delivery::kReliable, message);
 }
 
 void GamePort::SetMap(const v1::RegionMap& map) {

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "absl/strings/string_view.h"
+#include "core/replication/scene_transfer.h"
 #include "core/world/ids.h"
 #include "core/world/player_input.h"
 #include "net/credential.h"
@@ -57,6 +58,7 @@ struct ConnectedClient {
   std::uint32_t newest_command = 0;             // number of the newest one that was within the limit
   CommandLimit commands{};
   TimePoint may_refuse_command_at{};  // earliest time of the next CommandRefused
+  bool waits_for_scene = false;       // until it has the scene it takes no snapshots
 };
 
 // Everything that came in one call of GamePort::Service.
@@ -75,11 +77,16 @@ struct ReceivedFromClients {
     PlayerNumber player;
     std::uint32_t last_event = 0;
   };
+  struct SceneAsked {
+    net::PeerHandle from;
+    replication::SceneRequest request;
+  };
   bool any = false;                 // whether anything came, a connection included
   std::vector<PlayerInput> inputs;  // as the clients sent them, copies included
   std::vector<Acknowledgement> acknowledgements;
   std::vector<Command> commands;  // within the limits, copies included, in order
   std::vector<EventAcknowledgement> event_acknowledgements;
+  std::vector<SceneAsked> scene_requests;
 };
 
 class GamePort {
@@ -109,6 +116,8 @@ class GamePort {
   // number of bytes queued.
   std::uint64_t SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams, TimePoint now);
   void Send(net::PeerHandle peer, const v1::RegionControl& message);
+  // A reliable message of core/replication/scene_transfer.h.
+  void SendScene(net::PeerHandle peer, std::span<const std::uint8_t> message);
   // A datagram to all clients that none of them has to answer, and that may be lost.
   void SendToAll(std::span<const std::uint8_t> datagram);
   // Sends what is queued; Service does so too.
@@ -144,6 +153,7 @@ class GamePort {
   void OnFlood(net::PeerHandle peer);
   void OnDatagram(const net::Event& event, TimePoint now, Tick tick, ReceivedFromClients& received);
   void OnCommands(const net::Event& event, ConnectedClient& client, TimePoint now, ReceivedFromClients& received);
+  void OnSceneRequest(const net::Event& event, ConnectedClient& client, TimePoint now, ReceivedFromClients& received);
   void ReportRefused(net::PeerHandle peer, ConnectedClient& client, std::uint32_t command, absl::string_view why,
                      bool for_good, TimePoint now);
   // False: the peer has to wait.

@@ -87,7 +87,7 @@ void SnapshotBroadcast::Push(const region::Region& region) {
 void SnapshotBroadcast::ShowStanding(const region::Region& region, const PlayerPlaces* places, GamePort& port) {
   std::vector<net::PeerHandle> fresh;
   for (const auto& [peer, client] : port.clients()) {
-    if (!senders_.contains(peer)) fresh.push_back(peer);
+    if (!client.waits_for_scene && !senders_.contains(peer)) fresh.push_back(peer);
   }
   // No snapshot may have fallen on the tick: clients would go on by the velocities of the one before.
   const bool to_all = history_.has_value() && pushed_ != region.tick();
@@ -108,6 +108,7 @@ std::vector<SnapshotBroadcast::Recipient> SnapshotBroadcast::Recipients(const Ga
   recipients.reserve(port.clients().size());
   auto sender = senders_.begin();  // ascending by peer, as the clients are
   for (const auto& [peer, client] : port.clients()) {
+    if (client.waits_for_scene) continue;  // its sender, if there was one, goes: it will begin from nothing
     while (sender != senders_.end() && sender->first < peer) sender = senders_.erase(sender);
     if (sender == senders_.end() || sender->first != peer) {
       sender = senders_.emplace_hint(sender, peer, replication::SnapshotSender(settings_));

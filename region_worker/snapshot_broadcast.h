@@ -53,7 +53,7 @@ class SnapshotBroadcast {
   };
 
   void Push(const region::Region& region);
-  // Makes senders for clients that are new and drops those of clients that have left.
+  // Makes senders for clients that are new and drops those of clients that have left, or wait for the scene.
   std::vector<Recipient> Recipients(const GamePort& port);
   replication::ClientView ViewOf(const region::Region& region, const PlayerPlaces* places,
                                  const ConnectedClient& client) const;

@@ -110,6 +110,7 @@ WorkerMetrics::WorkerMetrics()
       frame_bytes_in(Counter(*registry_, kFrameBytes, kFrameBytesHelp, {{"direction", "in"}})),
       frame_bytes_out(Counter(*registry_, kFrameBytes, kFrameBytesHelp, {{"direction", "out"}})),
       snapshot_bytes(Counter(*registry_, "tessera_region_snapshot_bytes_total", "Bytes of snapshots sent to clients.")),
+      scene_bytes(Counter(*registry_, "tessera_region_scene_bytes_total", "Bytes of packed scenes sent to clients.")),
       clients(Gauge(*registry_, "tessera_region_clients", "Clients connected.")),
       inputs_applied(Counter(*registry_, kInputs, kInputsHelp, {{"result", "applied"}})),
       inputs_refused(Counter(*registry_, kInputs, kInputsHelp, {{"result", "refused"}})),

@@ -56,6 +56,7 @@ class WorkerMetrics {
   prometheus::Counter &handovers_in, &handovers_out;
   prometheus::Counter &frame_bytes_in, &frame_bytes_out;
   prometheus::Counter& snapshot_bytes;
+  prometheus::Counter& scene_bytes;
   prometheus::Gauge& clients;
   prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late, &inputs_not_owner;
   prometheus::Counter &commands_taken, &commands_refused, &commands_limited, &game_events;

@@ -156,6 +156,7 @@ void WorkerShell::ServiceNetwork() {
   for (const auto& command : from_clients.commands) TakeCommand(command, begin);
   for (const auto& [player, event] : from_clients.event_acknowledgements) core_->AcknowledgeEvents(player, event);
   core_->SetConnected(game_->players());
+  ServeScene(from_clients, begin);
   if (run != nullptr && (from_links || from_clients.any)) meter_.AddReceiveTime(Clock::now() - begin);
 }
 
@@ -191,6 +192,18 @@ void WorkerShell::TakeCommand(const ReceivedFromClients::Command& command, TimeP
       metrics_.commands_refused.Increment();
       game_->ReportRefused(command.player, command.number, status.message(), !absl::IsResourceExhausted(status), now);
   }
+}
+
+void WorkerShell::ServeScene(const ReceivedFromClients& from_clients, TimePoint now) {
+  if (!scene_desk_) return;
+  scene_desk_->Retain([this](net::PeerHandle peer) { return game_->clients().contains(peer); });
+  for (const auto& [peer, request] : from_clients.scene_requests) scene_desk_->Take(peer, request);
+  const std::uint64_t before = scene_desk_->sent_bytes();
+  (void)scene_desk_->Serve(
+      now, [this](net::PeerHandle peer, std::span<const std::uint8_t> message) { game_->SendScene(peer, message); });
+  if (scene_desk_->sent_bytes() == before) return;
+  metrics_.scene_bytes.Increment(static_cast<double>(scene_desk_->sent_bytes() - before));
+  game_->Flush();
 }
 
 void WorkerShell::Step(TimePoint now) {
@@ -261,6 +274,7 @@ void WorkerShell::Do(const FlushLinks&) { links_->Flush(); }
 void WorkerShell::Do(const CutLink& action) { links_->Cut(action.region, action.why); }
 
 void WorkerShell::Do(const RequestScene& action) {
+  scene_hash_ = action.hash;
   core_->SceneLoaded(LoadSceneFile(action.path, action.hash), Clock::now());
   malloc_trim(0);  // gives back the memory that parsing took
 }
@@ -301,6 +315,7 @@ void WorkerShell::Do(const OpenPorts& action) {
   snapshots_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SnapshotSettingsFor(scene),
                      metrics_);
   pairs_.emplace(scene.view.radius_m);
+  scene_desk_.emplace(core_->scene(), scene_hash_);
   metrics_.Show(*core_->run(), core_->links());
 }
 

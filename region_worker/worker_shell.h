@@ -23,6 +23,7 @@
 #include "region_worker/pair_broadcast.h"
 #include "region_worker/player_news.h"
 #include "region_worker/region_links.h"
+#include "region_worker/scene_desk.h"
 #include "region_worker/snapshot_broadcast.h"
 #include "region_worker/standalone.h"
 #include "region_worker/tick_meter.h"
@@ -49,6 +50,7 @@ class WorkerShell {
   void ServiceNetwork();
   void TakeInput(const PlayerInput& input, TimePoint now);
   void TakeCommand(const ReceivedFromClients::Command& command, TimePoint now);
+  void ServeScene(const ReceivedFromClients& from_clients, TimePoint now);
   void Step(TimePoint now);
   void GreetInPause();
   void PrintStatus(TimePoint now);
@@ -91,6 +93,8 @@ class WorkerShell {
   std::optional<WorkerCore> core_;              // once the ports are bound
   std::optional<SnapshotBroadcast> snapshots_;  // once the world is built
   std::optional<PairBroadcast> pairs_;          // likewise
+  std::optional<SceneDesk> scene_desk_;         // likewise
+  std::string scene_hash_;                      // that the order gave; empty when standalone
   PlayerNewsFeed news_{metrics_};
   FiguresFeed figures_{metrics_};
   TickMeter meter_{metrics_};

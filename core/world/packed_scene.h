@@ -23,7 +23,7 @@ namespace tessera {
 
 // Version of the packed form. A reader takes this one alone.
 inline constexpr std::uint16_t kPackedSceneVersion = 1;
-// The most that is read, or served: a million bodies take about 100 MB, the largest mesh 40 MB.
+// The most that is read, or served: a million bodies take about 30 MB, the largest mesh 40 MB.
 inline constexpr std::size_t kMaxPackedSceneBytes = std::size_t{512} << 20;
 
 // `scene` comes from ResolveScene or UnpackScene.

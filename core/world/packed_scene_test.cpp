@@ -31,7 +31,7 @@ void ExpectComesBack(const Scene& scene) {
   const PackedBytes packed = PackScene(scene);
   const auto same = UnpackScene(packed);
   ASSERT_TRUE(same.ok()) << scene.name << ": " << same.status();
-  EXPECT_EQ(testing::SceneDifference::Between(scene, **same), "") << scene.name;
+  EXPECT_EQ(SceneDifference::Between(scene, **same), "") << scene.name;
   EXPECT_EQ(PackScene(**same), packed) << scene.name;
 }
 
@@ -104,10 +104,10 @@ TEST(PackedSceneTest, ADifferenceIsNamed) {
   const Scene scene = *SceneOf(kEverything);
   Scene other = scene;
   other.bodies[1].initial.position.x = -0.0;
-  EXPECT_EQ(testing::SceneDifference::Between(scene, other), "bodies[1].initial.pose");
+  EXPECT_EQ(SceneDifference::Between(scene, other), "bodies[1].initial.pose");
   other = scene;
   other.prefabs[0].joints[0].kind = PointJoint{};
-  EXPECT_EQ(testing::SceneDifference::Between(scene, other), "prefabs[0].joints[0].kind");
+  EXPECT_EQ(SceneDifference::Between(scene, other), "prefabs[0].joints[0].kind");
 }
 
 TEST(PackedSceneTest, RandomStatesComeBackToTheBit) {

@@ -39,6 +39,10 @@ void TestClient::SendInput(const PlayerInput& input) {
 
 void TestClient::Acknowledge() { SendDatagram(replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = {}})); }
 
+void TestClient::AskForScene(replication::SceneRequest::Want want, const replication::Digest& hash) {
+  SendDatagram(replication::EncodeSceneRequest({.want = want, .scene_hash = hash, .offset = scene_bytes.size()}));
+}
+
 void TestClient::Service() {
   const std::uint32_t before = snapshots_;
   for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(2))) Handle(event);
@@ -65,6 +69,7 @@ void TestClient::Handle(const net::Event& event) {
   }
   if (event.kind != net::Event::Kind::kMessage) return;
   if (event.delivery == net::Delivery::kUnsequenced) return ReadSnapshot(event.bytes);
+  if (replication::IsSceneMessage(event.bytes)) return ReadScene(event.bytes);
   v1::RegionControl control;
   ASSERT_TRUE(control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size())));
   if (control.has_welcome()) welcome = control.welcome();
@@ -72,6 +77,19 @@ void TestClient::Handle(const net::Event& event) {
   if (control.has_input_refused()) input_refused = control.input_refused();
   if (control.has_stopping()) stopping = control.stopping();
   started = started || control.has_started() || (control.has_welcome() && control.welcome().started());
+}
+
+void TestClient::ReadScene(const net::Bytes& bytes) {
+  const auto message = replication::DecodeSceneMessage(bytes);
+  ASSERT_TRUE(message.ok()) << message.status();
+  if (const auto* refused = std::get_if<replication::SceneRefusal>(&*message)) {
+    scene_refused = refused->why;
+    return;
+  }
+  const auto& chunk = std::get<replication::SceneChunk>(*message);
+  ASSERT_EQ(chunk.offset, scene_bytes.size());
+  scene_bytes.insert(scene_bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
+  scene_total = chunk.total_bytes;
 }
 
 void TestClient::ReadSnapshot(const net::Bytes& bytes) {

@@ -11,6 +11,7 @@
 
 #include "core/replication/input.h"
 #include "core/replication/region_figures.h"
+#include "core/replication/scene_transfer.h"
 #include "core/replication/snapshot.h"
 #include "net/credential.h"
 #include "net/endpoint.h"
@@ -31,6 +32,7 @@ class TestClient {
   // With the acknowledgement of what has come so far.
   void SendInput(const PlayerInput& input);
   void Acknowledge();
+  void AskForScene(replication::SceneRequest::Want want, const replication::Digest& hash = {});
 
   // Takes what has come, answering snapshots; waits a little for the first.
   void Service();
@@ -46,11 +48,16 @@ class TestClient {
   Tick tick;
   std::optional<replication::RegionFigures> figures;
   std::uint32_t last_input = 0;
+  // Of the packed scene: what came, from its beginning or from where the test says that it was; and its size.
+  std::vector<std::uint8_t> scene_bytes;
+  std::uint64_t scene_total = 0;
+  std::string scene_refused;
   std::uint32_t full_records = 0, records = 0;  // since the start
 
  private:
   void Handle(const net::Event& event);
   void ReadSnapshot(const net::Bytes& bytes);
+  void ReadScene(const net::Bytes& bytes);
 
   std::unique_ptr<net::Endpoint> endpoint_;
   net::PeerHandle peer_;

@@ -10,7 +10,7 @@
 
 #include "core/world/scene.h"
 
-namespace tessera::testing {
+namespace tessera {
 
 // Keeps the first difference.
 class SceneDifference {
@@ -232,4 +232,4 @@ class SceneDifference {
   std::string what_;
 };
 
-}  // namespace tessera::testing
+}  // namespace tessera
