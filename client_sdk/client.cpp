@@ -4,6 +4,7 @@
 
 #include "client_sdk/client_impl.h"
 #include "core/world/prefab.h"
+#include "net/join_grant.h"
 
 namespace tessera::client {
 namespace {
@@ -12,46 +13,71 @@ constexpr std::chrono::milliseconds kTrafficWindow{1000}, kTrafficStep{50};
 // Connections at once: a region that comes back takes a new one while the old one fades, and maps may grow.
 constexpr std::size_t kSpareConnections = 64, kMaxConnections = 4095;
 
-// The bodies of the scene and its players, and those of players who have left and are not known to be gone.
-std::size_t BodiesAtMost(const Scene& scene) { return scene.bodies.size() + 2 * kMaxPlayers; }
+// Stands in until the scene is here.
+const std::shared_ptr<const Scene>& NoScene() {
+  static const std::shared_ptr<const Scene> none = [] {
+    auto scene = std::make_shared<Scene>();
+    scene->bounds = {{-1, -1, -1}, {1, 1, 1}};
+    return scene;
+  }();
+  return none;
+}
 
 double SnapshotTicks(const Session& session) { return double(session.tick_rate_hz) / session.snapshot_rate_hz; }
 
 }  // namespace
 
-Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint)
-    : options(options_in),
+Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint)
+    : settings(std::move(settings_in)),
       session(std::move(session_in)),
       network(std::move(endpoint)),
-      interest_radius_m(replication::SnapshotSettingsFor(*session.scene).interest_radius_m),
-      world(session.tick_rate_hz, SnapshotTicks(session), session.scene->properties, BodiesAtMost(*session.scene)),
+      world(session.tick_rate_hz, SnapshotTicks(session)),
       playout(session.tick_rate_hz, session.snapshot_rate_hz),
       clock{.paused = false, .ticks_per_second = static_cast<double>(session.tick_rate_hz)} {
-  network.Simulate(options.network);
+  network.Simulate(settings.network);
   steering.body = PlayerBodyId(session.player);
-  if (options.predict && session.scene->player && !Watches()) predictor.emplace(session.scene, session.player);
+  const std::shared_ptr<const Scene> scene = std::exchange(session.scene, NoScene());
   for (const RegionEndpoint& region : session.regions) {
     endpoints.emplace(region.region, region);
     connections.emplace_back(region, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
   }
+  if (scene != nullptr) {
+    EnterScene(TimePoint(), scene);
+    return;
+  }
+  fetch.emplace(session.scene_hash, settings.scene_cache_dir);
+  if (std::shared_ptr<const Scene> kept = fetch->TakeKept()) EnterScene(TimePoint(), std::move(kept));
 }
 
-absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options) {
-  absl::StatusOr<Session> session =
-      JoinInstance({options.control_address, options.credentials}, options.instance_id, options.player_name,
-                   options.returning, options.watch, options.deadline);
-  if (!session.ok()) return session.status();
-  const std::size_t peers = std::min(2 * session->regions.size() + kSpareConnections, kMaxConnections);
-  auto endpoint = net::Endpoint::Create({.bind_address = options.bind_address, .max_peers = peers});
+absl::StatusOr<std::unique_ptr<Client>> Client::Begin(Settings settings, Session session) {
+  const std::size_t peers = std::min(2 * session.regions.size() + kSpareConnections, kMaxConnections);
+  auto endpoint = net::Endpoint::Create({.bind_address = settings.bind_address, .max_peers = peers});
   if (!endpoint.ok()) {
-    if (options.returning.empty() && !options.watch) {
-      (void)LeaveInstance({options.control_address, options.credentials}, options.instance_id, session->credentials,
-                          options.deadline);
+    if (settings.leave && !settings.returning && !IsViewer(session.player)) {
+      (void)settings.leave(session.credentials, settings.deadline);
     }
     return endpoint.status();
   }
   return std::unique_ptr<Client>(
-      new Client(std::make_unique<Impl>(options, *std::move(session), *std::move(endpoint))));
+      new Client(std::make_unique<Impl>(std::move(settings), std::move(session), *std::move(endpoint))));
+}
+
+absl::StatusOr<std::unique_ptr<Client>> Client::JoinByGrant(std::span<const std::uint8_t> grant,
+                                                            const GrantOptions& options) {
+  absl::StatusOr<net::JoinGrant> read = net::DecodeJoinGrant(grant);
+  if (!read.ok()) return read.status();
+  Settings settings{.instance_id = read->credentials.instance_id,
+                    .deadline = options.deadline,
+                    .bind_address = options.bind_address,
+                    .network = options.network,
+                    .predict = options.predict,
+                    .returning = false,
+                    .by_grant = true,
+                    .scene_cache_dir = options.scene_cache_dir,
+                    .leave = options.leave};
+  Session session = SessionFrom(*std::move(read));
+  session.scene = options.scene;
+  return Begin(std::move(settings), std::move(session));
 }
 
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -71,6 +97,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   me.Receive(now);
   me.Correct();
   if (me.state != ClientState::kEnded) {
+    me.AskForScene(now);
     me.world.Expire(now, me.events);
     me.Follow(now);
     me.SettlePairs(now);
@@ -112,8 +139,8 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
     (void)impl_->EndRecording();
     return absl::OkStatus();
   }
-  const absl::Status status = LeaveInstance({impl_->options.control_address, impl_->options.credentials},
-                                            impl_->options.instance_id, impl_->session.credentials, deadline);
+  const absl::Status status =
+      impl_->settings.leave ? impl_->settings.leave(impl_->session.credentials, deadline) : absl::OkStatus();
   impl_->End(absl::OkStatus(), "left");
   (void)impl_->EndRecording();  // a caller who wants the status has called StopRecording
   impl_->network.Flush();
@@ -122,6 +149,7 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
 
 ClientState Client::state() const { return impl_->state; }
 absl::Status Client::reason() const { return impl_->reason; }
+bool Client::needs_new_grant() const { return impl_->needs_new_grant; }
 PlayerNumber Client::player() const { return impl_->Watches() ? PlayerNumber() : impl_->session.player; }
 BodyId Client::own_body() const { return impl_->Watches() ? BodyId() : PlayerBodyId(impl_->session.player); }
 std::vector<std::uint8_t> Client::return_token() const {

@@ -13,15 +13,18 @@
 //     for (const ShownBody& body : (*client)->Interpolated(Clock::now())) Draw(body.id, body.pose);
 //   }
 //
-// Poll never waits; Join and Leave do, up to a deadline. It uses no thread of its own beyond gRPC's.
+// Poll never waits; Join and Leave do, up to a deadline. JoinByGrant does not: it needs no control plane, and gets the
+// scene from the regions while it is JOINING. It uses no thread of its own beyond gRPC's, which only Join has.
 // Thread rule: one thread at a time. Times given to one client never go back.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -36,6 +39,7 @@
 #include "core/world/partition_map.h"
 #include "core/world/properties.h"
 #include "core/world/scene.h"
+#include "net/credential.h"
 #include "trust/credentials.h"
 
 namespace tessera::client {
@@ -65,8 +69,24 @@ struct JoinOptions {
   trust::Credentials credentials{};  // for a door that asks for them; players need none
 };
 
+// Tells whoever gave the grant that the player leaves.
+using LeaveCall = std::function<absl::Status(const net::Credentials& credentials, std::chrono::milliseconds deadline)>;
+
+struct GrantOptions {
+  // Until all regions have answered; while the scene comes, it begins anew with each part.
+  std::chrono::milliseconds deadline{10'000};
+  std::string bind_address = "0.0.0.0";  // as in JoinOptions, and so on
+  NetworkConditions network{};
+  bool predict = false;
+  // A folder that keeps scenes for the next time; empty: none is kept.
+  std::string scene_cache_dir{};
+  // The scene, for a caller that has it: it is not fetched then.
+  std::shared_ptr<const Scene> scene{};
+  LeaveCall leave{};
+};
+
 enum class ClientState : std::uint8_t {
-  kJoining,  // not all regions have answered yet
+  kJoining,  // not all regions have answered yet, or the scene is not here
   kWaiting,  // for the other players
   kPlaying,  // the world moves
   kEnded,    // for good; see Client::reason()
@@ -155,12 +175,19 @@ struct Steering {
   std::uint32_t buttons = 0;
 };
 
+struct Session;
+
 class Client {
  public:
   // Errors: NOT_FOUND "instance plaza-9: no such instance", UNAVAILABLE "control plane at ...", DEADLINE_EXCEEDED,
   // FAILED_PRECONDITION (it has ended, its scene has no player, or the returning player has left for good),
   // RESOURCE_EXHAUSTED (full), INVALID_ARGUMENT, UNAUTHENTICATED (the return token has expired or belongs elsewhere).
   static absl::StatusOr<std::unique_ptr<Client>> Join(const JoinOptions& options);
+  // By a grant that the control plane made (net/join_grant.h): INVALID_ARGUMENT naming what is wrong with it,
+  // UNAVAILABLE (no local socket). A viewer's grant makes a viewer. Does not wait; until the state is WAITING or
+  // PLAYING the scene is an empty one.
+  static absl::StatusOr<std::unique_ptr<Client>> JoinByGrant(std::span<const std::uint8_t> grant,
+                                                             const GrantOptions& options);
   ~Client();  // without Leave: the body stays in the world
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
@@ -172,8 +199,7 @@ class Client {
 
   // Of a recording: the next Poll is at this time of it, as if its client had only just come to know what stood then.
   // That Poll tells first that all bodies known so far vanish. It plays on from a key at most some seconds before, so
-  // it takes a moment in a large world; a recording of an older format has no keys, and is played from its beginning.
-  // Later than its end: its end. FAILED_PRECONDITION for a client of a world.
+  // it takes a moment in a large world. Later than its end: its end. FAILED_PRECONDITION for a client of a world.
   absl::Status Seek(std::chrono::microseconds at);
   // Of a recording: how long it is.
   std::optional<std::chrono::microseconds> length() const;
@@ -187,6 +213,8 @@ class Client {
   // refused or kicked the player; ALREADY_EXISTS when another process has joined as this player since. OK while it has
   // not.
   absl::Status reason() const;
+  // Whether it ended because no address that it knows answers any more: another grant may lead to the world.
+  bool needs_new_grant() const;
 
   PlayerNumber player() const;  // 0: a viewer
   BodyId own_body() const;      // 0: a viewer has none
@@ -238,7 +266,8 @@ class Client {
   // The name of a player whose body is in sight; empty for others, and for those without one.
   std::string NameOf(PlayerNumber player) const;
 
-  // Leaves at the control plane, which has the body removed, and ends. Waits up to `deadline`.
+  // Leaves at the control plane, which has the body removed, and ends. Waits up to `deadline`. By a grant it ends and
+  // calls GrantOptions::leave; without that, whoever gave the grant lets the player go.
   absl::Status Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000));
 
   // Records the present state of the world, and from now on everything that comes from the regions, into a file of at
@@ -262,6 +291,9 @@ class Client {
 
  private:
   struct Impl;
+  struct Settings;
+  // Binds the local socket.
+  static absl::StatusOr<std::unique_ptr<Client>> Begin(Settings settings, Session session);
   explicit Client(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };

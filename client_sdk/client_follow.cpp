@@ -3,7 +3,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
-#include "core/world/partition_io.h"
 
 namespace tessera::client {
 namespace {
@@ -19,21 +18,21 @@ constexpr double kConnectBeyond = 0.25, kDropBeyond = 0.5;
 
 }  // namespace
 
-void Client::Impl::AdoptMap(RegionConnection& from, const v1::PartitionMap& proto) {
-  if (proto.version() <= session.map.version().value()) return;
-  absl::StatusOr<PartitionMap> map = FromProto(proto);
+void Client::Impl::AdoptMap(RegionConnection& from, const replication::AnnouncedMap& announced) {
+  if (announced.version <= session.map.version()) return;
+  absl::StatusOr<PartitionMap> map = announced.Make();
   if (!map.ok()) return from.CountError();
   session.map = *std::move(map);
   follow_due = true;
-  if (recorder) recorder->Map(*last_poll, proto.SerializeAsString());
+  if (recorder) recorder->Map(*last_poll, WrittenMap(session.map));
   events.push_back({.kind = ClientEvent::Kind::kMapChanged});
 }
 
 void Client::Impl::AdoptEndpoints(RegionConnection& from,
-                                  const google::protobuf::RepeatedPtrField<v1::RegionEndpoint>& announced) {
-  for (const v1::RegionEndpoint& endpoint : announced) {
+                                  const std::vector<replication::AnnouncedEndpoint>& announced) {
+  for (const replication::AnnouncedEndpoint& endpoint : announced) {
     absl::StatusOr<RegionEndpoint> where =
-        EndpointFrom(endpoint.region(), endpoint.host(), endpoint.game_port(), endpoint.incarnation());
+        EndpointFrom(endpoint.region, endpoint.host, endpoint.game_port, endpoint.incarnation);
     if (!where.ok()) {
       from.CountError();
       continue;
@@ -134,15 +133,10 @@ std::optional<Vec3d> Client::Impl::OwnPosition() const {
 }
 
 void Client::Impl::CheckProgress(TimePoint now) {
-  if (!joined_by.has_value()) joined_by = now + options.deadline;
-  if (state == ClientState::kJoining && !connections.empty() && AllWelcomed()) state = ClientState::kWaiting;
+  if (!joined_by.has_value()) joined_by = now + settings.deadline;
+  if (state == ClientState::kJoining && !fetch && !connections.empty() && AllWelcomed()) state = ClientState::kWaiting;
   if (state == ClientState::kWaiting && started) state = ClientState::kPlaying;
-  if (state == ClientState::kJoining && now >= *joined_by) {
-    const auto mute =
-        std::find_if(connections.begin(), connections.end(), [](const RegionConnection& l) { return !l.welcomed(); });
-    const std::string error = mute->last_error().empty() ? "" : absl::StrCat(": ", mute->last_error());
-    return End(absl::DeadlineExceededError(absl::StrCat(mute->Where(), " does not answer", error)), "");
-  }
+  if (state == ClientState::kJoining && now >= *joined_by) return EndJoining();
   if (std::any_of(connections.begin(), connections.end(), [](const RegionConnection& l) { return l.welcomed(); })) {
     silent_since.reset();
     const auto found = [this](const RegionConnection& l) { return l.welcomed() && Touches(l.region(), 0); };
@@ -152,8 +146,23 @@ void Client::Impl::CheckProgress(TimePoint now) {
   if (!silent_since.has_value()) silent_since = now;
   if (now - *silent_since >= kSearchAfter && !searching) searching = follow_due = true;
   if (now - *silent_since >= kMaxSilence && state != ClientState::kJoining) {
-    End(absl::UnavailableError(absl::StrCat("instance ", options.instance_id, ": no region answers any more")), "");
+    needs_new_grant = settings.by_grant;
+    End(absl::UnavailableError(absl::StrCat("instance ", settings.instance_id, ": no region answers any more")), "");
   }
+}
+
+// The time to join is over.
+void Client::Impl::EndJoining() {
+  const auto mute =
+      std::find_if(connections.begin(), connections.end(), [](const RegionConnection& l) { return !l.welcomed(); });
+  if (mute == connections.end()) {
+    const std::string what = fetch ? "the regions do not send the scene" : "there are no regions";
+    return End(absl::DeadlineExceededError(absl::StrCat("instance ", settings.instance_id, ": ", what)), "");
+  }
+  const auto welcomed = [](const RegionConnection& l) { return l.welcomed(); };
+  needs_new_grant = settings.by_grant && std::none_of(connections.begin(), connections.end(), welcomed);
+  const std::string error = mute->last_error().empty() ? "" : absl::StrCat(": ", mute->last_error());
+  End(absl::DeadlineExceededError(absl::StrCat(mute->Where(), " does not answer", error)), "");
 }
 
 void Client::Impl::End(absl::Status why, std::string detail) {

@@ -20,27 +20,50 @@
 #include "client_sdk/recorder.h"
 #include "client_sdk/region_connection.h"
 #include "client_sdk/replay.h"
+#include "client_sdk/scene_fetch.h"
 #include "client_sdk/session.h"
 #include "client_sdk/world_view.h"
+#include "core/replication/region_message.h"
 #include "core/world/viewer_number.h"
-#include "tessera/v1/game.pb.h"
 
 namespace tessera::client {
 
+// What a client goes by, however it joined.
+struct Client::Settings {
+  std::string instance_id{};
+  std::chrono::milliseconds deadline{10'000};
+  std::string bind_address = "0.0.0.0";
+  NetworkConditions network{};
+  bool predict = false;
+  bool returning = false;  // an older process of the player may be there: it is not let go of for a fault here
+  bool by_grant = false;   // nobody but its caller can get it another
+  std::string scene_cache_dir{};
+  LeaveCall leave{};  // null: leaving closes the connections, and that is all
+};
+
 struct Client::Impl {
-  Impl(const JoinOptions& options_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint);
+  // Without a scene in the session, the regions are asked for it.
+  Impl(Settings settings_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint);
 
   // Receives (client_receive.cpp).
   void Receive(TimePoint now);
   void OnEvent(TimePoint now, RegionConnection& connection, const net::Event& event);
   void OnDisconnected(TimePoint now, RegionConnection& connection);
   void OnControl(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
-  void OnWelcome(TimePoint now, RegionConnection& connection, const v1::RegionWelcome& welcome);
-  void OnRefusal(TimePoint now, RegionConnection& connection, const v1::RegionRefusal& refusal);
+  void On(TimePoint now, RegionConnection& connection, const replication::Welcome& welcome);
+  void On(TimePoint now, RegionConnection& connection, const replication::RegionRefusal& refusal);
+  void On(TimePoint now, RegionConnection& connection, const replication::Started& started_now);
+  void On(TimePoint now, RegionConnection& connection, const replication::MapNews& news);
+  void On(TimePoint now, RegionConnection& connection, const replication::InputRefusal& refusal);
+  void On(TimePoint now, RegionConnection& connection, const replication::Stopping& stopping);
+  void On(TimePoint now, RegionConnection& connection, const replication::PairNews& news);
+  void On(TimePoint now, RegionConnection& connection, const replication::NewsOfPlayer& news);
+  void On(TimePoint now, RegionConnection& connection, const replication::EndOfSession& ended);
+  void On(TimePoint now, RegionConnection& connection, const replication::CommandRefusal& refusal);
+  void On(TimePoint now, RegionConnection& connection, const replication::ClockNews& news);
   void OnStopping(TimePoint now, RegionConnection& connection, const std::string& why);
   void OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
-  void OnPairEvents(TimePoint now, RegionConnection& connection, const v1::PairEvents& message);
   void OnSessionEnded(const std::string& why);
   bool IsStatic(BodyId body) const;
   void SettlePairs(TimePoint now);
@@ -49,9 +72,15 @@ struct Client::Impl {
   bool AllWelcomed() const;
   bool IsWelcomed(RegionId region) const;
 
+  // Gets the scene from the regions (client_scene.cpp).
+  void OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
+  void AskForScene(TimePoint now);
+  void ChooseSource(TimePoint now);
+  void EnterScene(TimePoint now, std::shared_ptr<const Scene> scene);
+
   // Chooses the regions to be connected to (client_follow.cpp).
-  void AdoptMap(RegionConnection& from, const v1::PartitionMap& map);
-  void AdoptEndpoints(RegionConnection& from, const google::protobuf::RepeatedPtrField<v1::RegionEndpoint>& endpoints);
+  void AdoptMap(RegionConnection& from, const replication::AnnouncedMap& announced);
+  void AdoptEndpoints(RegionConnection& from, const std::vector<replication::AnnouncedEndpoint>& announced);
   void Follow(TimePoint now);
   void DropGone(TimePoint now);
   void DropFar(TimePoint now);
@@ -62,8 +91,8 @@ struct Client::Impl {
   bool Watches() const { return IsViewer(session.player); }
   std::optional<Vec3d> OwnPosition() const;
   std::vector<RegionConnection>::iterator Drop(std::vector<RegionConnection>::iterator connection);
-  void OnClock(TimePoint now, RegionConnection& connection, const v1::WorldClock& message);
   void CheckProgress(TimePoint now);
+  void EndJoining();
   void End(absl::Status why, std::string detail);
 
   // Records, and plays back (client_recording.cpp).
@@ -87,8 +116,6 @@ struct Client::Impl {
   bool IsSteering() const;
 
   // Talks with the game (client_talk.cpp).
-  void OnPlayerNews(RegionConnection& connection, const v1::PlayerNews& news);
-  void OnCommandRefused(const RegionConnection& connection, const v1::CommandRefused& refused);
   void SendCommands(TimePoint now);
 
   void Sent(std::size_t bytes) { bytes_out += bytes; }
@@ -100,17 +127,19 @@ struct Client::Impl {
     std::uint64_t in = 0, out = 0;
   };
 
-  JoinOptions options;
+  Settings settings;
   Session session;
   ClientEndpoint network;
   std::vector<RegionConnection> connections;     // ascending by region
   std::map<RegionId, RegionEndpoint> endpoints;  // the newest known of each
   bool follow_due = false;                       // map or endpoints have changed
-  double interest_radius_m;                      // 0: all of the world
+  std::optional<SceneFetch> fetch;               // until the scene is here
+  double interest_radius_m = 0;                  // 0: all of the world
   ClientState state = ClientState::kJoining;
   bool started = false;
   bool searching = false;  // no region that is near answers, so all regions of the map are asked
   absl::Status reason;
+  bool needs_new_grant = false;
   std::vector<ClientEvent> events;  // the result of the Poll under way
 
   WorldView world;

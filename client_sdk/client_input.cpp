@@ -34,7 +34,7 @@ bool Client::Impl::IsSteering() const {
 // While the player steers, one input a tick. A predicted body that moves needs them too: they give the tick that is
 // shown. A character needs some that say that steering has ended, or that the player looks elsewhere.
 void Client::Impl::MakeInputs(TimePoint now) {
-  if (Watches()) return;
+  if (Watches() || fetch) return;
   if (IsSteering() || look_changed) last_steering_input = next_input;
   look_changed = false;
   const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();

@@ -3,38 +3,33 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
 #include "client_sdk/client_impl.h"
 #include "core/replication/datagram.h"
-#include "core/world/proto_math.h"
 
 namespace tessera::client {
 namespace {
 
+using replication::RefusalReason;
+
 // The acceptor and the region behind it refuse by one list of reasons.
-static_assert(v1::REFUSAL_REASON_PROTOCOL == static_cast<int>(net::Refused::kProtocol));
-static_assert(v1::REFUSAL_REASON_BAD_CREDENTIAL == static_cast<int>(net::Refused::kBadCredential));
-static_assert(v1::REFUSAL_REASON_WRONG_INSTANCE == static_cast<int>(net::Refused::kWrongInstance));
-static_assert(v1::REFUSAL_REASON_FULL == static_cast<int>(net::Refused::kFull));
-static_assert(v1::REFUSAL_REASON_STOPPING == static_cast<int>(net::Refused::kStopping));
-static_assert(v1::REFUSAL_REASON_WRONG_REGION == static_cast<int>(net::Refused::kWrongRegion));
+template <net::Refused kByAcceptor, RefusalReason kByRegion>
+inline constexpr bool kSameReason = static_cast<std::uint32_t>(kByAcceptor) == static_cast<std::uint32_t>(kByRegion);
+static_assert(kSameReason<net::Refused::kProtocol, RefusalReason::kProtocol>);
+static_assert(kSameReason<net::Refused::kBadCredential, RefusalReason::kBadCredential>);
+static_assert(kSameReason<net::Refused::kWrongInstance, RefusalReason::kWrongInstance>);
+static_assert(kSameReason<net::Refused::kFull, RefusalReason::kFull>);
+static_assert(kSameReason<net::Refused::kStopping, RefusalReason::kStopping>);
+static_assert(kSameReason<net::Refused::kWrongRegion, RefusalReason::kWrongRegion>);
 
-v1::RegionRefusal ToProto(const net::Refusal& refusal) {
-  v1::RegionRefusal proto;
-  proto.set_reason(static_cast<v1::RefusalReason>(refusal.reason));
-  proto.set_detail(refusal.detail);
-  return proto;
-}
-
-absl::StatusCode CodeOf(v1::RefusalReason reason) {
+absl::StatusCode CodeOf(RefusalReason reason) {
   switch (reason) {
-    case v1::REFUSAL_REASON_BAD_CREDENTIAL:
+    case RefusalReason::kBadCredential:
       return absl::StatusCode::kUnauthenticated;
-    case v1::REFUSAL_REASON_WRONG_INSTANCE:
+    case RefusalReason::kWrongInstance:
       return absl::StatusCode::kNotFound;
-    case v1::REFUSAL_REASON_UNKNOWN_PLAYER:
+    case RefusalReason::kUnknownPlayer:
       return absl::StatusCode::kPermissionDenied;
-    case v1::REFUSAL_REASON_FULL:
+    case RefusalReason::kFull:
       return absl::StatusCode::kResourceExhausted;
     default:
       return absl::StatusCode::kFailedPrecondition;
@@ -42,11 +37,10 @@ absl::StatusCode CodeOf(v1::RefusalReason reason) {
 }
 
 // Nothing where the region says nothing, or nothing that makes sense.
-std::optional<MeetingPoint> MeetingPointOf(const v1::PairEvent& event) {
-  if (!event.has_contact()) return std::nullopt;
-  const v1::PairContact& contact = event.contact();
-  const MeetingPoint met{FromProto(contact.point()), Vec3f(FromProto(contact.normal())),
-                         static_cast<float>(contact.impulse())};
+std::optional<MeetingPoint> MeetingPointOf(const replication::PairChange& change) {
+  if (!change.contact) return std::nullopt;
+  const MeetingPoint met{change.contact->point, Vec3f(change.contact->normal),
+                         static_cast<float>(change.contact->impulse)};
   const bool finite = IsFinite(met.point) && IsFinite(Vec3d(met.normal)) && std::isfinite(met.impulse);
   return finite ? std::optional(met) : std::nullopt;
 }
@@ -98,50 +92,41 @@ void Client::Impl::OnDisconnected(TimePoint now, RegionConnection& connection) {
 }
 
 void Client::Impl::OnControl(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
-  v1::RegionControl control;
-  if (!control.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return connection.CountError();
-  switch (control.kind_case()) {
-    case v1::RegionControl::kWelcome:
-      return OnWelcome(now, connection, control.welcome());
-    case v1::RegionControl::kRefusal:
-      return OnRefusal(now, connection, control.refusal());
-    case v1::RegionControl::kStarted:
-      return Start();
-    case v1::RegionControl::kMap:
-      AdoptEndpoints(connection, control.map().endpoints());
-      return AdoptMap(connection, control.map().map());
-    case v1::RegionControl::kInputRefused: {
-      const v1::InputRefused& refused = control.input_refused();
-      ++inputs_refused;
-      events.push_back({.kind = ClientEvent::Kind::kInputRefused,
-                        .body = BodyId(refused.body()),
-                        .region = connection.region(),
-                        .input_number = refused.input_number(),
-                        .detail = refused.detail()});
-      return;
-    }
-    case v1::RegionControl::kStopping:
-      return OnStopping(now, connection, control.stopping().reason());
-    case v1::RegionControl::kPairEvents:
-      return OnPairEvents(now, connection, control.pair_events());
-    case v1::RegionControl::kClock:
-      return OnClock(now, connection, control.clock());
-    case v1::RegionControl::kPlayerNews:
-      return OnPlayerNews(connection, control.player_news());
-    case v1::RegionControl::kSessionEnded:
-      return OnSessionEnded(control.session_ended().reason());
-    case v1::RegionControl::kCommandRefused:
-      return OnCommandRefused(connection, control.command_refused());
-    case v1::RegionControl::KIND_NOT_SET:
-      return connection.CountError();
-  }
+  if (replication::IsSceneMessage(bytes)) return OnSceneMessage(now, connection, bytes);
+  const absl::StatusOr<replication::RegionMessage> message = replication::DecodeRegionMessage(bytes);
+  if (!message.ok()) return connection.CountError();
+  std::visit([&](const auto& of) { On(now, connection, of); }, *message);
 }
 
-void Client::Impl::OnWelcome(TimePoint now, RegionConnection& connection, const v1::RegionWelcome& welcome) {
+void Client::Impl::On(TimePoint, RegionConnection&, const replication::Started&) { Start(); }
+
+void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::MapNews& news) {
+  AdoptEndpoints(connection, news.endpoints);
+  AdoptMap(connection, news.map);
+}
+
+void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::InputRefusal& refusal) {
+  ++inputs_refused;
+  events.push_back({.kind = ClientEvent::Kind::kInputRefused,
+                    .body = BodyId(refusal.body),
+                    .region = connection.region(),
+                    .input_number = refusal.input_number,
+                    .detail = refusal.detail});
+}
+
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::Stopping& stopping) {
+  OnStopping(now, connection, stopping.reason);
+}
+
+void Client::Impl::On(TimePoint, RegionConnection&, const replication::EndOfSession& ended) {
+  OnSessionEnded(ended.reason);
+}
+
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::Welcome& welcome) {
   if (connection.state() != RegionConnection::State::kAccepted) return connection.CountError();
-  if (welcome.region() != connection.region().value() || welcome.player() != session.player.value()) {
-    return End(absl::InternalError(absl::StrCat(connection.Where(), " answers as region ", welcome.region(),
-                                                " to player ", welcome.player())),
+  if (welcome.region != connection.region().value() || welcome.player != session.player.value()) {
+    return End(absl::InternalError(absl::StrCat(connection.Where(), " answers as region ", welcome.region,
+                                                " to player ", welcome.player)),
                "");
   }
   connection.Welcomed();
@@ -149,19 +134,19 @@ void Client::Impl::OnWelcome(TimePoint now, RegionConnection& connection, const 
   // One that is dialled for the first time, or at another address, was never lost.
   if (lost_regions.erase(connection.region()) > 0)
     events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
-  AdoptEndpoints(connection, welcome.endpoints());
-  AdoptMap(connection, welcome.map());
-  if (welcome.has_clock()) OnClock(now, connection, welcome.clock());
-  if (welcome.started()) Start();
+  AdoptEndpoints(connection, welcome.news.endpoints);
+  AdoptMap(connection, welcome.news.map);
+  if (welcome.clock) On(now, connection, *welcome.clock);
+  if (welcome.started) Start();
 }
 
 // Every region reports a change, at the same tick; a report from before another one counts no more.
-void Client::Impl::OnClock(TimePoint now, RegionConnection& connection, const v1::WorldClock& message) {
-  const double pace = message.ticks_per_second();
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::ClockNews& news) {
+  const double pace = news.ticks_per_second;
   if (!(pace > 0 && pace <= session.tick_rate_hz)) return connection.CountError();
-  if (message.tick() < clock_tick) return;
-  clock_tick = message.tick();
-  const WorldClock changed{.paused = message.paused(), .ticks_per_second = pace};
+  if (news.tick < clock_tick) return;
+  clock_tick = news.tick;
+  const WorldClock changed{.paused = news.paused, .ticks_per_second = pace};
   if (changed == clock) return;
   clock = changed;
   playout.SetPace(now, pace, clock.paused);
@@ -178,15 +163,14 @@ void Client::Impl::Start() {
 // In the game's own words, which the player is to read.
 void Client::Impl::OnSessionEnded(const std::string& why) { End(absl::AbortedError(why), why); }
 
-void Client::Impl::OnRefusal(TimePoint now, RegionConnection& connection, const v1::RegionRefusal& refusal) {
-  if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(now, connection, refusal.detail());
-  if (refusal.reason() == v1::REFUSAL_REASON_SESSION_ENDED) return OnSessionEnded(refusal.detail());
-  if (refusal.reason() == v1::REFUSAL_REASON_REPLACED) {
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::RegionRefusal& refusal) {
+  if (refusal.reason == RefusalReason::kStopping) return OnStopping(now, connection, refusal.detail);
+  if (refusal.reason == RefusalReason::kSessionEnded) return OnSessionEnded(refusal.detail);
+  if (refusal.reason == RefusalReason::kReplaced) {
     return End(absl::AlreadyExistsError("another process joined as this player"), "");
   }
-  const absl::string_view reason_name = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
-  End(absl::Status(CodeOf(refusal.reason()),
-                   absl::StrCat(connection.Where(), " refuses: ", reason_name, ": ", refusal.detail())),
+  End(absl::Status(CodeOf(refusal.reason), absl::StrCat(connection.Where(), " refuses: ",
+                                                        replication::NameOf(refusal.reason), ": ", refusal.detail)),
       "");
 }
 
@@ -194,24 +178,26 @@ void Client::Impl::OnRefusal(TimePoint now, RegionConnection& connection, const 
 // moving to another address, which the map will give.
 void Client::Impl::OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal) {
   const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kStopping;
-  if (state == ClientState::kJoining || for_good) return OnRefusal(now, connection, ToProto(refusal));
+  if (state == ClientState::kJoining || for_good) {
+    return On(now, connection, replication::RegionRefusal{static_cast<RefusalReason>(refusal.reason), refusal.detail});
+  }
   connection.Failed(refusal.detail);
   OnDisconnected(now, connection);
 }
 
-void Client::Impl::OnPairEvents(TimePoint now, RegionConnection& connection, const v1::PairEvents& message) {
-  const Tick tick(message.tick());
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::PairNews& news) {
+  const Tick tick(news.tick);
   std::vector<BodyPair> whole;
-  for (const v1::PairEvent& event : message.events()) {
-    const BodyPair pair{BodyId(event.body_a()), BodyId(event.body_b()), event.trigger()};
-    if (pair.a >= pair.b || (message.whole() && !event.begin())) return connection.CountError();
-    if (message.whole()) {
+  for (const replication::PairChange& event : news.events) {
+    const BodyPair pair{BodyId(event.body_a), BodyId(event.body_b), event.trigger};
+    if (pair.a >= pair.b || (news.whole && !event.begin)) return connection.CountError();
+    if (news.whole) {
       whole.push_back(pair);
     } else {
-      pairs.Take(now, connection.region(), tick, pair, event.begin(), MeetingPointOf(event));
+      pairs.Take(now, connection.region(), tick, pair, event.begin, MeetingPointOf(event));
     }
   }
-  if (!message.whole()) return;
+  if (!news.whole) return;
   pairs.TakeAll(now, connection.region(), tick, whole, [&](const BodyPair& pair) {
     const std::optional<RegionId> owner = world.OwnerOf(IsStatic(pair.a) ? pair.b : pair.a);
     return owner.has_value() && *owner != connection.region();
@@ -251,6 +237,7 @@ void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const
 
 void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
   if (replication::KindOf(bytes) == replication::DatagramKind::kRegionFigures) return connection.TakeFigures(bytes);
+  if (fetch) return;  // nothing says yet how to read it; it is not acknowledged, so it comes again
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
   full_records += snapshot->full_records;

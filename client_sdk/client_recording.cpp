@@ -4,7 +4,8 @@
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
 #include "client_sdk/recording_format.h"
-#include "core/world/partition_io.h"
+#include "core/world/byte_view.h"
+#include "core/world/packed_scene.h"
 
 namespace tessera::client {
 namespace {
@@ -39,13 +40,15 @@ absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
   if (me.recorder) return absl::FailedPreconditionError("a recording is under way");
   if (me.replay) return absl::FailedPreconditionError("this is a recording itself");
   if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
-  const RecordingHeader header{.instance_id = me.options.instance_id,
+  if (me.fetch) return absl::FailedPreconditionError("the scene is not here yet");
+  const std::vector<std::uint8_t> scene = PackScene(*me.session.scene);
+  const RecordingHeader header{.instance_id = me.settings.instance_id,
                                .player = me.session.player,
                                .tick_rate_hz = me.session.tick_rate_hz,
                                .snapshot_rate_hz = me.session.snapshot_rate_hz,
                                .started = me.started,
-                               .map = ToProto(me.session.map).SerializeAsString(),
-                               .scene = *me.session.written_scene};
+                               .map = WrittenMap(me.session.map),
+                               .scene = std::string(AsText(scene))};
   absl::StatusOr<RecordingWriter> writer = RecordingWriter::Create(file, header, max_bytes);
   if (!writer.ok()) return writer.status();
   me.recorder.emplace(*std::move(writer), *me.session.scene, header);
@@ -118,9 +121,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Play(const std::string& file) {
 }
 
 std::unique_ptr<Client::Impl> Client::Impl::Playing(Replay from) {
-  JoinOptions options;
-  options.instance_id = from.header().instance_id;
-  auto impl = std::make_unique<Impl>(options, from.session(), nullptr);
+  auto impl = std::make_unique<Impl>(Settings{.instance_id = from.header().instance_id}, from.session(), nullptr);
   impl->state = from.header().started ? ClientState::kPlaying : ClientState::kWaiting;
   impl->started = from.header().started;
   impl->replay.emplace(std::move(from));

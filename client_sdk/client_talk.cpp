@@ -8,42 +8,40 @@ namespace tessera::client {
 namespace {
 
 // "score", {{"team", "red"}, {"points", 3}}; INVALID_ARGUMENT where the values are malformed.
-absl::StatusOr<GameEvent> EventFrom(const v1::GameEvent& proto) {
-  const std::string& bytes = proto.values();
-  auto fields = game::DecodeFields({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+absl::StatusOr<GameEvent> EventFrom(const replication::EventOfGame& sent) {
+  auto fields = game::DecodeFields(sent.values);
   if (!fields.ok()) return fields.status();
   GameEvent event;
-  event.name = proto.name();
+  event.name = sent.name;
   for (auto& [name, value] : *fields) event.values.emplace_back(std::move(name), std::move(value));
   return event;
 }
 
 }  // namespace
 
-void Client::Impl::OnPlayerNews(RegionConnection& connection, const v1::PlayerNews& news) {
-  if (!inbox.Accept(news.epoch())) return;
+void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::NewsOfPlayer& news) {
+  if (!inbox.Accept(news.epoch)) return;
   std::vector<GameEvent> came;
-  for (const v1::GameEvent& proto : news.events()) {
-    absl::StatusOr<GameEvent> event = EventFrom(proto);
+  for (const replication::EventOfGame& sent : news.events) {
+    absl::StatusOr<GameEvent> event = EventFrom(sent);
     if (!event.ok()) return connection.CountError();
     came.push_back(*std::move(event));
   }
-  if (news.last_event() < came.size()) return connection.CountError();
+  if (news.last_event < came.size()) return connection.CountError();
   const bool any = !came.empty();
-  inbox.Take(news.last_event(), std::move(came));
-  commands.Taken(news.last_command());
+  inbox.Take(news.last_event, std::move(came));
+  commands.Taken(news.last_command);
   if (any) commands.EventsCame();
-  const Vec3d view{news.view_x(), news.view_y(), news.view_z()};
-  if (news.spectating() && !IsFinite(view)) return connection.CountError();
-  spectator_view = news.spectating() ? std::optional(view) : std::nullopt;
+  if (news.spectating && !IsFinite(news.view)) return connection.CountError();
+  spectator_view = news.spectating ? std::optional(news.view) : std::nullopt;
 }
 
-void Client::Impl::OnCommandRefused(const RegionConnection& connection, const v1::CommandRefused& refused) {
-  if (refused.for_good()) commands.Drop(refused.number());
+void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::CommandRefusal& refusal) {
+  if (refusal.for_good) commands.Drop(refusal.number);
   events.push_back({.kind = ClientEvent::Kind::kCommandRefused,
                     .region = connection.region(),
-                    .input_number = refused.number(),
-                    .detail = refused.detail()});
+                    .input_number = refusal.number,
+                    .detail = refusal.detail});
 }
 
 // To the region that owns the own body, and to all while that is unknown.

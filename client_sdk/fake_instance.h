@@ -14,14 +14,20 @@
 #include <vector>
 
 #include "core/replication/command.h"
+#include "core/replication/datagram.h"
 #include "core/replication/input.h"
+#include "core/replication/scene_transfer.h"
 #include "core/replication/snapshot.h"
+#include "core/world/byte_view.h"
+#include "core/world/packed_scene.h"
 #include "core/world/partition_io.h"
 #include "core/world/scene_load.h"
+#include "core/world/sha256.h"
 #include "core/world/viewer_number.h"
 #include "host/temporary_folder.h"
 #include "net/credential.h"
 #include "net/endpoint.h"
+#include "net/join_grant.h"
 #include "net/testing/test_identity.h"
 #include "tessera/v1/game.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
@@ -48,7 +54,8 @@ class FakeRegion {
         map_(map),
         endpoint_(*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port})),
         settings_(ShowsAll(scene)),
-        history_(scene.bounds, settings_) {
+        history_(scene.bounds, settings_),
+        packed_(PackScene(scene)) {
     endpoint_->Open(net::TestWorker(key, instance_id, self, incarnation));
   }
 
@@ -65,6 +72,12 @@ class FakeRegion {
   std::map<std::uint32_t, std::string> commands;  // by number
   std::uint32_t last_event = 0;                   // that the client says to have
   double drop_share = 0;                          // share of snapshot datagrams; every n-th
+  // The scene, for those who ask: so many bytes a chunk, and chunks until it falls silent.
+  std::size_t scene_chunk_bytes = replication::kMaxSceneChunkBytes;
+  std::size_t scene_chunks_left = ~std::size_t{0};
+  bool other_scene = false, spoiled_scene = false;        // refuses; sends what does not have the digest
+  std::vector<replication::SceneRequest> scene_requests;  // as they came
+  std::uint64_t scene_sent = 0;                           // bytes
 
   void Service() {
     for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {
@@ -155,6 +168,10 @@ class FakeRegion {
                 std::span<const replication::DepartureRecord> departures = {}) {
     history_.Push(tick, bodies, departures);
     for (auto& [peer, sender] : senders_) {
+      if (holds_[peer]) {  // its snapshots begin from nothing
+        sender = replication::SnapshotSender(Unhurried());
+        continue;
+      }
       for (const net::Bytes& bytes : sender.Write(history_, last_input_, 0).datagrams) {
         dropped_ += drop_share;
         if (dropped_ >= 1) {
@@ -185,12 +202,17 @@ class FakeRegion {
     endpoint_->Disconnect(peer);
   }
 
+  // Every snapshot is sent: the tests' clock goes by them.
+  replication::SnapshotSettings Unhurried() const {
+    replication::SnapshotSettings every_one = settings_;
+    every_one.idle_ticks = 0;
+    return every_one;
+  }
+
   void OnConnected(const net::Event& event) {
     if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
-    replication::SnapshotSettings every_one = settings_;  // the tests' clock goes by them
-    every_one.idle_ticks = 0;
     if (IsReplaced(event.who)) return Refuse(event.peer, v1::REFUSAL_REASON_REPLACED, "");
-    senders_.emplace(event.peer, replication::SnapshotSender(every_one));
+    senders_.emplace(event.peer, replication::SnapshotSender(Unhurried()));
     players_[event.peer] = event.who.player;
     v1::RegionControl message;
     v1::RegionWelcome& welcome = *message.mutable_welcome();
@@ -216,7 +238,39 @@ class FakeRegion {
     return false;
   }
 
+  // As a region does: what was sent on a connection is not sent there again.
+  void OnSceneRequest(const net::Event& event) {
+    const auto request = replication::DecodeSceneRequest(event.bytes);
+    ASSERT_TRUE(request.ok()) << request.status();
+    scene_requests.push_back(*request);
+    holds_[event.peer] = request->want != replication::SceneRequest::Want::kHave;
+    if (request->want != replication::SceneRequest::Want::kSend) return;
+    if (other_scene) {
+      SendReliable(event.peer, replication::EncodeSceneRefusal("the region runs another scene"));
+      return;
+    }
+    std::uint64_t& sent = sent_to_.try_emplace(event.peer, request->offset).first->second;
+    const std::uint64_t end = std::min<std::uint64_t>(packed_.size(), request->offset + replication::kSceneWindowBytes);
+    for (; sent < end && scene_chunks_left > 0; --scene_chunks_left) {
+      const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(scene_chunk_bytes, end - sent));
+      std::vector<std::uint8_t> part(packed_.begin() + static_cast<std::ptrdiff_t>(sent),
+                                     packed_.begin() + static_cast<std::ptrdiff_t>(sent + size));
+      if (spoiled_scene) part.back() ^= 1;
+      SendReliable(event.peer,
+                   replication::EncodeSceneChunk({.total_bytes = packed_.size(),
+                                                  .sha256 = *replication::DigestFrom(Sha256Hex(AsText(packed_))),
+                                                  .offset = sent,
+                                                  .bytes = part}));
+      sent += size;
+      scene_sent += size;
+    }
+  }
+  void SendReliable(net::PeerHandle peer, std::span<const std::uint8_t> bytes) {
+    (void)endpoint_->Send(peer, net::Delivery::kReliable, bytes);
+  }
+
   void OnInput(const net::Event& event) {
+    if (replication::KindOf(event.bytes) == replication::DatagramKind::kSceneRequest) return OnSceneRequest(event);
     const auto sender = senders_.find(event.peer);
     if (const auto message = replication::DecodeCommands(event.bytes); message.ok()) {
       last_event = message->last_event;
@@ -249,6 +303,9 @@ class FakeRegion {
   replication::SnapshotSettings settings_;
   replication::SnapshotHistory history_;
   std::map<net::PeerHandle, replication::SnapshotSender> senders_;
+  const std::vector<std::uint8_t> packed_;
+  std::map<net::PeerHandle, std::uint64_t> sent_to_;
+  std::map<net::PeerHandle, bool> holds_;
   std::map<net::PeerHandle, PlayerNumber> players_;
   std::map<PlayerNumber, net::Generation> generations_;
   std::uint32_t last_input_ = 0;
@@ -320,7 +377,23 @@ class FakeInstance : public v1::SessionService::Service {
     regions.push_back(std::make_unique<FakeRegion>(id, *scene, map, key_, kId, 0, incarnation));
     return *regions.back();
   }
-  const std::string& written_scene() const { return scene_bytes_; }
+  std::string packed_scene() const { return std::string(AsText(PackScene(*scene))); }
+  // What the control plane would give a new player, or a viewer.
+  std::vector<std::uint8_t> Grant(bool viewer = false) {
+    const PlayerNumber player = viewer ? PlayerNumber(kFirstViewer + 5) : PlayerNumber(++players_);
+    net::JoinGrant grant{.player = player,
+                         .credentials = net::IssuePlayer(kId, player, net::Generation(1), key_),
+                         .map = map,
+                         .regions = {},
+                         .scene_hash = scene_hash_,
+                         .tick_rate_hz = kTickRate,
+                         .snapshot_rate_hz = kSnapshotRate,
+                         .expected_players = 0};
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+      grant.regions.push_back({map.regions()[i].id, "127.0.0.1", regions[i]->port()});
+    }
+    return net::EncodeJoinGrant(grant);
+  }
   void BecomeAnother(std::size_t index) { regions[index]->BecomeAnother(key_, kId); }
   void Service() {
     for (const auto& region : regions) region->Service();

@@ -99,7 +99,7 @@ class Recorder {
 
   // As of what is written.
   bool started_;
-  std::string map_;                     // tessera.v1.PartitionMap
+  std::string map_;                     // WrittenMap
   std::map<RegionId, bool> connected_;  // regions that have begun
   std::chrono::microseconds last_key_{};
   std::uint64_t last_key_end_ = 0, last_key_bytes_ = 0;

@@ -30,6 +30,7 @@
 #include "absl/strings/string_view.h"
 #include "client_sdk/client.h"
 #include "core/replication/snapshot.h"
+#include "core/world/partition_map.h"
 
 namespace tessera::client {
 
@@ -39,8 +40,8 @@ struct RecordingHeader {
   PlayerNumber player{};
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
   bool started = false;  // the world moved when the recording began
-  std::string map{};     // tessera.v1.PartitionMap
-  std::string scene{};   // tessera.v1.Scene
+  std::string map{};     // WrittenMap
+  std::string scene{};   // PackScene
   friend bool operator==(const RecordingHeader&, const RecordingHeader&) = default;
 };
 
@@ -67,14 +68,14 @@ struct RegionEntry {
 constexpr bool BeginsAnew(RegionEntry::Change change) { return change != RegionEntry::Change::kLost; }
 
 struct MapEntry {
-  std::string map;  // tessera.v1.PartitionMap
+  std::string map;  // WrittenMap
 };
 
 // All that stands at a moment, with the key frames that follow directly: who plays on from the beginning needs none of
 // it, but that the next frame of a region refers to its key frame.
 struct KeyEntry {
   bool started = false;
-  std::string map{};                                 // tessera.v1.PartitionMap
+  std::string map{};                                 // WrittenMap
   std::vector<std::pair<RegionId, bool>> regions{};  // ascending; whether it is connected
   std::uint32_t frames = 0;
 };
@@ -94,6 +95,10 @@ struct RecordedEntry {
   std::chrono::microseconds at{};  // since the beginning; never goes back
   std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent, KeyEntry, KeyFrameEntry, NoteEntry> what;
 };
+
+// A map as recordings have it (core/world/map_bytes.h). The reader gives INVALID_ARGUMENT naming the field.
+std::string WrittenMap(const PartitionMap& map);
+absl::StatusOr<PartitionMap> MapFromWritten(const std::string& written);
 
 // Errors of decoding: DATA_LOSS that names the fault.
 replication::Bytes EncodeHeader(const RecordingHeader& header);

@@ -3,8 +3,10 @@
 #include "client_sdk/recording.h"
 #include "client_sdk/recording_format.h"
 #include "core/replication/codec/dense_codec.h"
+#include "core/world/byte_view.h"
 #include "core/world/bytes.h"
 #include "core/world/limits.h"
+#include "core/world/map_bytes.h"
 
 namespace tessera::client {
 namespace {
@@ -205,6 +207,19 @@ absl::StatusOr<Payload> TakePayload(ByteReader& in, std::uint8_t kind) {
 }
 
 }  // namespace
+
+std::string WrittenMap(const PartitionMap& map) {
+  ByteWriter out;
+  WriteMap(map, out);
+  return std::string(AsText(out.bytes()));
+}
+
+absl::StatusOr<PartitionMap> MapFromWritten(const std::string& written) {
+  ByteReader in(AsBytes(written));
+  absl::StatusOr<PartitionMap> map = ReadMap(in);
+  if (map.ok() && in.remaining() > 0) return absl::InvalidArgumentError("more bytes follow");
+  return map;
+}
 
 Bytes EncodeHeader(const RecordingHeader& header) {
   ByteWriter out;

@@ -7,8 +7,8 @@
 namespace tessera::client {
 
 inline constexpr std::uint32_t kRecordingMagic = 0x43525354;  // "TSRC", low byte first
-inline constexpr std::uint32_t kRecordingFormat = 2;
-inline constexpr std::uint32_t kOldestRecordingFormat = 1;  // which has no keys and no notes
+// Those before it hold scene and maps as protobuf, and are not read.
+inline constexpr std::uint32_t kRecordingFormat = 3;
 
 enum class EntryKind : std::uint8_t {
   kEnd = 0,
@@ -24,7 +24,7 @@ enum class EntryKind : std::uint8_t {
 
 // Length and checksum before each payload.
 inline constexpr std::size_t kSealBytes = 8;
-// A scene may have 256 MB on the wire. A frame of a million bodies takes about 40.
+// A packed scene may have 512 MB, a usual large one a tenth. A frame of a million bodies takes about 40.
 inline constexpr std::size_t kMaxHeaderBytes = std::size_t{320} << 20, kMaxEntryBytes = std::size_t{64} << 20;
 inline constexpr std::size_t kMaxNoteBytes = std::size_t{1} << 20;
 // Thirty years.

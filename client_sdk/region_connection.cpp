@@ -33,8 +33,28 @@ void RegionConnection::Accepted(net::PeerHandle peer) {
   state_ = State::kAccepted;
 }
 
+void RegionConnection::Begin(const Aabb& world_bounds, const replication::SnapshotSettings& settings) {
+  world_bounds_ = world_bounds;
+  settings_ = settings;
+  receiver_ = replication::SnapshotReceiver(world_bounds_, settings_);
+}
+
+std::size_t RegionConnection::AskForScene(TimePoint now, ClientEndpoint& endpoint,
+                                          const replication::SceneRequest& request) {
+  constexpr std::chrono::milliseconds kAskAgain{200};
+  constexpr std::uint64_t kStep = replication::kSceneWindowBytes / 4;
+  const bool news = !asked_ || asked_->want != request.want || request.offset >= asked_->offset + kStep;
+  if (!welcomed() || (!news && now - asked_at_ < kAskAgain)) return 0;
+  asked_ = request;
+  asked_at_ = now;
+  net::Bytes bytes = replication::EncodeSceneRequest(request);
+  const std::size_t size = bytes.size();
+  return endpoint.Send(now, peer_, std::move(bytes)) ? size : 0;
+}
+
 void RegionConnection::Welcomed() {
   state_ = State::kWelcomed;
+  asked_.reset();
   receiver_ = replication::SnapshotReceiver(world_bounds_, settings_);  // the region begins from nothing, too
   unacknowledged_ = 0;
   read_here_ = 0;
@@ -78,6 +98,7 @@ std::optional<replication::ReceivedSnapshot> RegionConnection::ReadSnapshot(std:
     if (!absl::IsAlreadyExists(snapshot.status())) ++stats_.decode_errors;
     return std::nullopt;
   }
+  if (asked_ && asked_->want == replication::SceneRequest::Want::kHave) asked_.reset();
   ++unacknowledged_;
   ++read_here_;
   ++stats_.datagrams;

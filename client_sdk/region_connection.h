@@ -17,6 +17,7 @@
 #include "client_sdk/session.h"
 #include "client_sdk/stats.h"
 #include "core/replication/input.h"
+#include "core/replication/scene_transfer.h"
 #include "core/replication/snapshot.h"
 
 namespace tessera::client {
@@ -58,6 +59,14 @@ class RegionConnection {
   std::size_t Send(TimePoint now, ClientEndpoint& endpoint, std::vector<PlayerInput> inputs);
   // Sends a datagram of commands (core/replication/command.h); the bytes sent.
   std::size_t SendCommands(TimePoint now, ClientEndpoint& endpoint, const net::Bytes& bytes);
+  // The scene is here, with these bounds: snapshots are read from now on.
+  void Begin(const Aabb& world_bounds, const replication::SnapshotSettings& settings);
+  // Asks for the scene, or says that it is here, if something has changed since the last time, or nothing has come for
+  // a while; the bytes sent.
+  std::size_t AskForScene(TimePoint now, ClientEndpoint& endpoint, const replication::SceneRequest& request);
+  // Whether the region was told to send no snapshots, and has sent none since.
+  bool holds() const { return asked_.has_value(); }
+
   // True when so many datagrams came since the last acknowledgement that its mask would soon not cover them.
   bool AcknowledgementUrgent() const { return unacknowledged_ >= 32; }
 
@@ -74,6 +83,8 @@ class RegionConnection {
   std::optional<TimePoint> dial_at_;  // nothing: at once
   std::chrono::milliseconds retry_ = kFirstRetry;
   replication::SnapshotReceiver receiver_;
+  std::optional<replication::SceneRequest> asked_;  // last, of this connection; until snapshots come
+  TimePoint asked_at_{};
   std::size_t unacknowledged_ = 0;
   std::uint64_t read_here_ = 0;  // datagrams of this connection
   bool was_welcomed_ = false;

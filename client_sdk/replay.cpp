@@ -3,20 +3,14 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/byte_view.h"
 #include "core/world/limits.h"
-#include "core/world/partition_io.h"
-#include "core/world/scene_load.h"
+#include "core/world/packed_scene.h"
 
 namespace tessera::client {
 namespace {
 
 using replication::DenseBody;
-
-absl::StatusOr<PartitionMap> MapFrom(const std::string& bytes) {
-  v1::PartitionMap written;
-  if (!written.ParseFromString(bytes)) return absl::DataLossError("not a map");
-  return FromProto(written);
-}
 
 // The moment that ends a recording is still shown.
 constexpr std::chrono::milliseconds kLastFrame{1};
@@ -35,15 +29,14 @@ absl::StatusOr<Replay> Replay::Open(const std::string& file) {
 
 absl::StatusOr<Replay> Replay::Open(RecordingReader reader, const std::string& name) {
   const RecordingHeader& header = reader.header();
-  absl::StatusOr<LoadedScene> loaded = LoadScene(SceneForm::kSerialised, header.scene, "scene");
-  if (!loaded.ok()) return Named(name, loaded.status().message());
-  absl::StatusOr<PartitionMap> map = MapFrom(header.map);
+  absl::StatusOr<std::shared_ptr<const Scene>> scene = UnpackScene(AsBytes(header.scene));
+  if (!scene.ok()) return Named(name, scene.status().message());
+  absl::StatusOr<PartitionMap> map = MapFromWritten(header.map);
   if (!map.ok()) return Named(name, absl::StrCat("map: ", map.status().message()));
   Session session;
   session.player = header.player;
   session.map = *std::move(map);
-  session.scene = std::move(loaded->scene);
-  session.written_scene = std::make_shared<const std::string>(header.scene);
+  session.scene = *std::move(scene);
   session.tick_rate_hz = header.tick_rate_hz;
   session.snapshot_rate_hz = header.snapshot_rate_hz;
   return Replay(std::move(reader), name, std::move(session));
@@ -92,7 +85,7 @@ absl::StatusOr<std::optional<Replay::Step>> Replay::StepOf(RecordedEntry entry) 
   const TimePoint at = *begin_ + entry.at;
   if (const auto* key = std::get_if<KeyEntry>(&entry.what)) {
     if (!knows_nothing_) return std::optional<Step>();
-    absl::StatusOr<PartitionMap> map = MapFrom(key->map);
+    absl::StatusOr<PartitionMap> map = MapFromWritten(key->map);
     if (!map.ok()) return absl::DataLossError(absl::StrCat("key: map: ", map.status().message()));
     return Step{at, Standing{key->started, *std::move(map), key->regions}};
   }
@@ -115,7 +108,7 @@ absl::StatusOr<std::optional<Replay::Step>> Replay::StepOf(RecordedEntry entry) 
     return Step{at, *change};
   }
   if (const auto* written = std::get_if<MapEntry>(&entry.what)) {
-    absl::StatusOr<PartitionMap> map = MapFrom(written->map);
+    absl::StatusOr<PartitionMap> map = MapFromWritten(written->map);
     if (!map.ok()) return absl::DataLossError(absl::StrCat("map: ", map.status().message()));
     return Step{at, *std::move(map)};
   }

@@ -68,9 +68,9 @@ class WorldView {
   void Vanish(BodyId body, std::vector<ClientEvent>& events);
   ShownBody Show(BodyId id, Track& track, double tick, double rate_hz);
 
-  const double tick_rate_hz_, snapshot_ticks_;
+  double tick_rate_hz_, snapshot_ticks_;
   std::vector<PropertyDef> properties_;
-  const std::size_t max_bodies_;
+  std::size_t max_bodies_;
   std::map<BodyId, SeenBody> seen_;
   absl::btree_map<BodyId, Track> tracks_;      // the same bodies as seen_
   std::unordered_map<BodyId, Epoch> removed_;  // bodies that are gone for good, with the last epoch that they had

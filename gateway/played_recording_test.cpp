@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "client_sdk/recorder.h"
-#include "core/world/partition_io.h"
+#include "core/world/byte_view.h"
+#include "core/world/packed_scene.h"
+#include "core/world/partition_map.h"
 #include "core/world/scene_load.h"
 #include "host/temporary_folder.h"
 
@@ -48,8 +50,8 @@ class PlayedRecordingTest : public testing::Test {
                                          .tick_rate_hz = 60,
                                          .snapshot_rate_hz = 30,
                                          .started = true,
-                                         .map = ToProto(*MakeGridMap(loaded->scene->ground(), 1)).SerializeAsString(),
-                                         .scene = loaded->message.SerializeAsString()};
+                                         .map = client::WrittenMap(*MakeGridMap(loaded->scene->ground(), 1)),
+                                         .scene = std::string(AsText(PackScene(*loaded->scene)))};
     auto writer = client::RecordingWriter::Create(path(), header, 10'000'000);
     ASSERT_TRUE(writer.ok()) << writer.status();
     client::Recorder recorder(*std::move(writer), *loaded->scene, header);

@@ -4,7 +4,6 @@
 #include "absl/strings/str_cat.h"
 #include "client_sdk/c_api/handle.h"
 #include "client_sdk/session.h"
-#include "trust/control_address.h"
 
 using namespace tessera;
 using namespace tessera::c_api;
@@ -37,8 +36,6 @@ static_assert(TESSERA_ENDED == static_cast<int>(client::ClientState::kEnded));
 
 static_assert(TESSERA_MAX_TOKEN >= client::kMaxReturnTokenBytes);
 
-const char* OrEmpty(const char* text) { return text == nullptr ? "" : text; }
-
 tessera_body BodyFrom(const client::SeenBody& seen, const Pose& pose, BodyId own) {
   tessera_body body = TESSERA_BODY;
   body.id = seen.id.value();
@@ -66,15 +63,16 @@ tessera_code Report(const absl::Status& status) {
   return static_cast<tessera_code>(status.code());
 }
 
+tessera_code ReportAs(tessera_code code, const std::string& line) {
+  last_error = line;
+  return code;
+}
+
 tessera_code Refuse(const char* what) { return Report(absl::InvalidArgumentError(what)); }
 
 void RefuseSize(const char* argument, std::size_t has, std::size_t least) {
   Report(absl::InvalidArgumentError(
       absl::StrCat(argument, ": has ", has, " bytes, at least ", least, "; the TESSERA_... initialisers set it")));
-}
-
-std::string ControlAddress(const char* given) {
-  return given == nullptr || given[0] == '\0' ? "unix:" + trust::DefaultControlSocket() : given;
 }
 
 }  // namespace tessera::c_api
@@ -83,36 +81,12 @@ uint32_t tessera_version(void) { return TESSERA_VERSION_MAJOR * 1000 + TESSERA_V
 
 const char* tessera_last_error(void) { return last_error.c_str(); }
 
-int64_t tessera_now(void) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(client::Clock::now().time_since_epoch()).count();
+tessera_code tessera_set_last_error(tessera_code code, const char* line) {
+  return ReportAs(code, line == nullptr ? "" : line);
 }
 
-tessera_code tessera_join(const tessera_join_options* given, tessera_client** out) {
-  if (out == nullptr) return Refuse("client: is NULL");
-  *out = nullptr;
-  if (given == nullptr) return Refuse("options: is NULL");
-  if (!IsSize<tessera_join_options>(given->size, "options.size")) return TESSERA_INVALID_ARGUMENT;
-  return Guarded([&] {
-    const tessera_join_options options = TakeIn(given, tessera_join_options TESSERA_JOIN_OPTIONS);
-    if (options.instance_id == nullptr) return Refuse("options.instance_id: is NULL");
-    client::JoinOptions join;
-    join.control_address = ControlAddress(options.control_address);
-    join.instance_id = options.instance_id;
-    join.player_name = OrEmpty(options.player_name);
-    join.deadline = std::chrono::milliseconds(options.deadline_ms);
-    join.predict = (options.flags & TESSERA_JOIN_PREDICT) != 0;
-    join.watch = (options.flags & TESSERA_JOIN_WATCH) != 0;
-    if (options.bind_address != nullptr) join.bind_address = options.bind_address;
-    if (options.returning_size > TESSERA_MAX_TOKEN) return Refuse("options.returning_size: more than a token has");
-    if (options.returning_size > 0) {
-      if (options.returning == nullptr) return Refuse("options.returning: is NULL");
-      join.returning.assign(options.returning, options.returning + options.returning_size);
-    }
-    auto joined = client::Client::Join(join);
-    if (!joined.ok()) return Report(joined.status());
-    *out = new tessera_client{.client = *std::move(joined), .events = {}, .detail = {}, .property = {}};
-    return tessera_code{TESSERA_OK};
-  });
+int64_t tessera_now(void) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(client::Clock::now().time_since_epoch()).count();
 }
 
 size_t tessera_return_token(const tessera_client* handle, uint8_t* token, size_t capacity) {
@@ -135,7 +109,9 @@ tessera_code tessera_poll(tessera_client* handle, int64_t now_ns) {
   if (handle == nullptr) return Refuse("client: is NULL");
   return Guarded([&] {
     for (ClientEvent& event : handle->client->Poll(At(now_ns))) handle->events.push_back(std::move(event));
-    return Report(handle->client->reason());
+    const absl::Status reason = handle->client->reason();
+    if (!handle->client->needs_new_grant()) return Report(reason);
+    return ReportAs(TESSERA_NEW_GRANT_NEEDED, std::string(reason.message()));
   });
 }
 

@@ -1,5 +1,5 @@
 // The C interface: the worlds that a control plane runs.
-#include "client_sdk/c_api/handle.h"
+#include "client_sdk/c_api/connect.h"
 #include "client_sdk/instance_list.h"
 #include "tessera/v1/instance.pb.h"
 
@@ -40,20 +40,22 @@ tessera_instance_info InfoFrom(const client::ListedInstance& from) {
 
 tessera_code tessera_list_instances(const char* control_address, uint32_t deadline_ms, tessera_instance_info* instances,
                                     size_t stride, size_t capacity, size_t* count) {
-  if (count == nullptr) return Refuse("count: is NULL");
+  if (count == nullptr) return RefuseArgument("count: is NULL");
   *count = 0;
-  if (capacity > 0 && instances == nullptr) return Refuse("instances: is NULL");
-  if (capacity > 0 && !IsSize<tessera_instance_info>(stride, "stride")) return TESSERA_INVALID_ARGUMENT;
-  return Guarded([&] {
+  if (capacity > 0 && instances == nullptr) return RefuseArgument("instances: is NULL");
+  constexpr std::size_t kLeast = offsetof(tessera_instance_info, scene);
+  if (capacity > 0 && !IsAtLeast(stride, kLeast, "stride")) return TESSERA_INVALID_ARGUMENT;
+  try {
     const auto listed = client::ListInstances(ControlAddress(control_address), std::chrono::milliseconds(deadline_ms));
-    if (!listed.ok()) return Report(listed.status());
+    if (!listed.ok()) return SetLastError(listed.status());
     for (std::size_t i = 0; i < std::min(capacity, listed->size()); ++i) {
-      const tessera_instance_info info = InfoFrom((*listed)[i]);
-      auto* to = reinterpret_cast<tessera_instance_info*>(reinterpret_cast<char*>(instances) + i * stride);
-      to->size = static_cast<uint32_t>(stride);
-      GiveOut(info, to);
+      tessera_instance_info info = InfoFrom((*listed)[i]);
+      info.size = static_cast<uint32_t>(stride);
+      std::memcpy(reinterpret_cast<char*>(instances) + i * stride, &info, std::min(stride, sizeof info));
     }
     *count = listed->size();
-    return tessera_code{TESSERA_OK};
-  });
+    return TESSERA_OK;
+  } catch (const std::exception& thrown) {
+    return tessera_set_last_error(TESSERA_INTERNAL, thrown.what());
+  }
 }

@@ -20,6 +20,7 @@ struct tessera_client {
   std::string detail, property;  // those of the event that was given out last
   std::deque<tessera::client::GameEvent> game_events{};
   tessera::client::GameEvent game_event{};  // the one that was given out last
+  std::shared_ptr<void> user{};             // of tessera_grant_options
 };
 
 namespace tessera::c_api {
@@ -28,7 +29,7 @@ namespace tessera::c_api {
 tessera_code Report(const absl::Status& status);
 tessera_code Refuse(const char* what);  // TESSERA_INVALID_ARGUMENT
 void RefuseSize(const char* argument, std::size_t has, std::size_t least);
-std::string ControlAddress(const char* given);  // NULL and "": the socket of this user's `tessera up`
+tessera_code ReportAs(tessera_code code, const std::string& line);  // one that is none of Abseil's
 
 inline client::TimePoint At(int64_t now_ns) { return client::TimePoint(std::chrono::nanoseconds(now_ns)); }
 
@@ -47,9 +48,7 @@ inline constexpr std::size_t kLeastSize<tessera_game_event> = sizeof(tessera_gam
 template <>
 inline constexpr std::size_t kLeastSize<tessera_game_event_field> = sizeof(tessera_game_event_field);
 template <>
-inline constexpr std::size_t kLeastSize<tessera_instance_info> = offsetof(tessera_instance_info, scene);
-template <>
-inline constexpr std::size_t kLeastSize<tessera_join_options> = offsetof(tessera_join_options, bind_address);
+inline constexpr std::size_t kLeastSize<tessera_grant_options> = offsetof(tessera_grant_options, bind_address);
 template <>
 inline constexpr std::size_t kLeastSize<tessera_property> = offsetof(tessera_property, text);
 template <>

@@ -1,13 +1,16 @@
 // Drifter: the smallest game there is, in C++. Joins an instance, pushes its body about in slow circles, and prints
 // what it sees twice a second.
 //
-//   drifter play.example:7703#3fa8... plaza-1 [seconds]
+//   drifter GRANT_FILE [SECONDS]        the grant is what a game's backend gives; here grant.c fetched it
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <tessera/tessera.hpp>
 #include <thread>
+#include <vector>
 
 namespace {
 
@@ -38,23 +41,30 @@ void ShowHealth(const tessera::Client& client, std::uint64_t body) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3) {
-    std::fprintf(stderr, "usage: %s CONTROL_ADDRESS INSTANCE_ID [SECONDS]\n", argv[0]);
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: %s GRANT_FILE [SECONDS]\n", argv[0]);
     return 2;
   }
+  std::ifstream file(argv[1], std::ios::binary);
+  const std::vector<std::uint8_t> grant{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   tessera::Client client;
-  if (const auto error = client.Join({argv[1], argv[2], "drifter"})) return Fail(error);
-  const tessera::SceneInfo scene = client.Scene();
-  std::printf("player %u in %s\n", client.player(), scene.name);
+  if (const auto error = client.JoinByGrant(grant)) return Fail(error);
+  tessera::SceneInfo scene = client.Scene();  // an empty one until the state says more
+  bool inside = false;
 
   constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::int64_t start = tessera_now(), end = start + (argc > 3 ? std::atoi(argv[3]) : 10) * kSecond;
+  const std::int64_t start = tessera_now(), end = start + (argc > 2 ? std::atoi(argv[2]) : 10) * kSecond;
   std::int64_t draw_at = start;
   while (tessera_now() < end && !client.ended()) {
     if (const auto error = client.Poll()) return Fail(error);
     for (const tessera::Event& event : client.TakeEvents()) {
       if (!event.detail.empty()) std::printf("%s\n", event.detail.c_str());
       if (event.kind == TESSERA_EVENT_PROPERTY_CHANGED) ShowHealth(client, event.body);
+    }
+    if (!inside && client.state() != TESSERA_JOINING) {
+      inside = true;
+      scene = client.Scene();
+      std::printf("player %u in %s\n", client.player(), scene.name);
     }
     const double angle = static_cast<double>(tessera_now() - start) / kSecond;
     const double force = scene.player_max_force_n;

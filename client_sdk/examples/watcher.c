@@ -1,6 +1,6 @@
 /* Watcher: joins an instance from C and tells what comes, what goes and where its own body is.
  *
- *   watcher play.example:7703#3fa8... plaza-1 [seconds] */
+ *   watcher GRANT_FILE [SECONDS]        the grant is what a game's backend gives; here grant.c fetched it */
 #include <stdio.h>
 #include <stdlib.h>
 #include <tessera/tessera.h>
@@ -37,26 +37,37 @@ static void Draw(const tessera_client* client, size_t count) {
   puts("");
 }
 
-int main(int argc, char** argv) {
-  if (argc < 3) {
-    fprintf(stderr, "usage: %s CONTROL_ADDRESS INSTANCE_ID [SECONDS]\n", argv[0]);
-    return 2;
-  }
-  tessera_join_options options = TESSERA_JOIN_OPTIONS;
-  options.control_address = argv[1];
-  options.instance_id = argv[2];
-  options.player_name = "watcher";
-  tessera_client* client = NULL;
-  if (tessera_join(&options, &client) != TESSERA_OK) {
-    fprintf(stderr, "%s\n", tessera_last_error());
-    return 1;
-  }
+static unsigned char grant[TESSERA_MAX_GRANT];
+
+static size_t ReadGrant(const char* name) {
+  FILE* file = fopen(name, "rb");
+  if (file == NULL) return 0;
+  const size_t size = fread(grant, 1, sizeof grant, file);
+  fclose(file);
+  return size;
+}
+
+static void TellWhere(const tessera_client* client) {
   tessera_scene_info scene = TESSERA_SCENE_INFO;
   tessera_get_scene(client, &scene);
   printf("player %u in %s\n", tessera_player(client), scene.name);
+}
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    fprintf(stderr, "usage: %s GRANT_FILE [SECONDS]\n", argv[0]);
+    return 2;
+  }
+  const size_t grant_size = ReadGrant(argv[1]);
+  tessera_client* client = NULL;
+  if (tessera_join_grant(grant, grant_size, NULL, &client) != TESSERA_OK) {
+    fprintf(stderr, "%s\n", tessera_last_error());
+    return 1;
+  }
+  int inside = 0;
 
   const int64_t second = 1000000000, frame = second / 120;
-  const int64_t end = tessera_now() + (argc > 3 ? atoi(argv[3]) : 10) * second;
+  const int64_t end = tessera_now() + (argc > 2 ? atoi(argv[2]) : 10) * second;
   int64_t draw_at = 0, frame_at = 0;
   tessera_code code = TESSERA_OK;
   while (tessera_now() < end && tessera_get_state(client) != TESSERA_ENDED) {
@@ -66,6 +77,10 @@ int main(int argc, char** argv) {
     code = tessera_poll(client, now);
     tessera_event event = TESSERA_EVENT;
     while (tessera_next_event(client, &event)) Tell(&event);
+    if (!inside && tessera_get_state(client) != TESSERA_JOINING) {
+      inside = 1;
+      TellWhere(client); /* until then the scene was on its way */
+    }
     const size_t count = tessera_bodies(client, now, bodies, sizeof bodies[0], MAX_BODIES);
     if (now < draw_at) continue;
     draw_at = now + second / 2;

@@ -15,7 +15,7 @@ fail() { echo "package_test: $*" >&2; exit 1; }
 "$cmake" --install "$build" --prefix "$work/prefix" --component sdk >"$work/install.log" || { cat "$work/install.log"; fail "install"; }
 # Public headers and nothing else; no type of the libraries inside.
 headers=$(cd "$work/prefix" && find . -name '*.h' -o -name '*.hpp' | sort | tr '\n' ' ')
-[[ $headers == "./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
+[[ $headers == "./include/tessera/connect.h ./include/tessera/connect.hpp ./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
 ! grep -nE '\bbt[A-Z]|protobuf|ENet|absl|grpc' "$work"/prefix/include/tessera/* || fail "a header names what is inside"
 # Nothing can be seen but the C interface.
 library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/libtessera-client.so | tr ' ' '\n' | grep -v '[*]' | head -n 1)
@@ -40,8 +40,9 @@ mkfifo "$work/address"
 instance=$!
 read -r address <"$work/address"
 for example in watcher drifter; do
-  "$work/examples/$example" "$address" plaza-1 2 >"$work/$example.log" 2>&1 || { cat "$work/$example.log"; fail "$example: exit $?"; }
+  "$work/examples/grant" "$address" plaza-1 "$work/$example.grant" || fail "grant: exit $?"
+  "$work/examples/$example" "$work/$example.grant" 2 >"$work/$example.log" 2>&1 || { cat "$work/$example.log"; fail "$example: exit $?"; }
   grep -q 'player [0-9]* in plaza' "$work/$example.log" || { cat "$work/$example.log"; fail "$example did not join"; }
   grep -q '2 bodies' "$work/$example.log" || { cat "$work/$example.log"; fail "$example saw no bodies"; }
 done
-echo "package_test: both examples built from the installed package and played"
+echo "package_test: both examples built from the installed package and played by grants"

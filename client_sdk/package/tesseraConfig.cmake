@@ -1,3 +1,4 @@
 # find_package(tessera) gives tessera::client: the client library with tessera/tessera.h (C) and tessera/tessera.hpp (C++17).
-# It needs nothing else of the program that links it.
+# It needs nothing else of the program that links it. tessera::connect is the way through a control plane, for development:
+# tessera/connect.h and tessera/connect.hpp; it brings gRPC and TLS, so a game does not ship it.
 include(${CMAKE_CURRENT_LIST_DIR}/tesseraTargets.cmake)

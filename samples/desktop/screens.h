@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "profile.h"
-#include "tessera/tessera.hpp"
+#include "tessera/connect.hpp"
 
 namespace desktop {
 

@@ -10,8 +10,9 @@
 #include "client_sdk/recording_format.h"
 #include "client_sdk/replay.h"
 #include "core/replication/codec/checksum.h"
+#include "core/world/byte_view.h"
 #include "core/world/bytes.h"
-#include "core/world/partition_io.h"
+#include "core/world/packed_scene.h"
 #include "core/world/scene_load.h"
 
 namespace {
@@ -31,8 +32,8 @@ RecordingHeader MakeHeader() {
           .tick_rate_hz = 60,
           .snapshot_rate_hz = 30,
           .started = true,
-          .map = ToProto(*map).SerializeAsString(),
-          .scene = loaded->message.SerializeAsString()};
+          .map = WrittenMap(*map),
+          .scene = std::string(AsText(PackScene(*loaded->scene)))};
 }
 
 void PutWord(std::string& out, std::uint32_t word) {

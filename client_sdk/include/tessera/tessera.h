@@ -1,10 +1,9 @@
 /* Tessera's client, for any language that can call C: a player's way into a running world.
  *
- *   tessera_join_options options = TESSERA_JOIN_OPTIONS;
- *   options.control_address = "play.example:7702#3fa8...";
- *   options.instance_id = "plaza-1";
+ *   tessera_grant_options options = TESSERA_GRANT_OPTIONS;              // `grant` came from the game's backend
+ *   options.scene_cache_dir = "cache";
  *   tessera_client* client = NULL;
- *   if (tessera_join(&options, &client) != TESSERA_OK) puts(tessera_last_error());
+ *   if (tessera_join_grant(grant, grant_size, &options, &client) != TESSERA_OK) puts(tessera_last_error());
  *   while (running) {                                                   // once a frame
  *     tessera_poll(client, tessera_now());
  *     tessera_event event = TESSERA_EVENT;
@@ -17,10 +16,10 @@
  *
  * Right-handed, y up; metres, seconds, kilograms, newtons, radians; quaternions x, y, z, w.
  *
- * What holds: nothing here waits but tessera_join and tessera_leave, up to their deadlines. No thread is asked of the
- * host and none calls back. A client may be used by one thread at a time; different clients by different threads. A
- * NULL client, a closed handle's id or a wrong argument gives TESSERA_INVALID_ARGUMENT or 0, never a crash, but for
- * pointers that lead nowhere.
+ * What holds: nothing here waits but tessera_leave, up to its deadline. No thread is asked of the host and none calls
+ * back. connect.h, a library of its own, joins through a control plane. A client may be used by one thread at a time;
+ * different clients by different threads. A NULL client, a closed handle's id or a wrong argument gives
+ * TESSERA_INVALID_ARGUMENT or 0, never a crash, but for pointers that lead nowhere.
  *
  * Stability: structs begin with their size, which the caller sets (the TESSERA_... initialisers do). A library that
  * knows more fields than the program leaves them out; one that knows fewer leaves the program's as they are. A size (or
@@ -64,46 +63,13 @@ enum {
   TESSERA_INTERNAL = 13,           /* an answer that made no sense */
   TESSERA_UNAVAILABLE = 14,        /* nobody answers at that address */
   TESSERA_DATA_LOSS = 15,          /* a damaged recording */
-  TESSERA_UNAUTHENTICATED = 16     /* the return token was refused, or a region refused who is joining */
+  TESSERA_UNAUTHENTICATED = 16,    /* the return token was refused, or a region refused who is joining */
+  TESSERA_NEW_GRANT_NEEDED = 100   /* no address that the client knows answers any more: another grant may lead there */
 };
 /* One line about the last call on this thread that did not give TESSERA_OK. Valid until the next call on it. */
 TESSERA_API const char* tessera_last_error(void);
-
-/* --- The worlds that there are -------------------------------------------------------------------------------------
- */
-
-typedef int32_t tessera_instance_state; /* one of these, or of others in between: */
-enum {
-  TESSERA_INSTANCE_WAITING = 4, /* for players; below it: not that far yet */
-  TESSERA_INSTANCE_RUNNING = 5,
-  TESSERA_INSTANCE_ENDED = 8,
-  TESSERA_INSTANCE_PAUSED = 10
-};
-enum { TESSERA_MAX_LISTED_INSTANCES = 256, TESSERA_MAX_LISTED_PLAYERS = 16, TESSERA_MAX_LISTED_NAME = 63 };
-typedef struct tessera_instance_info {
-  uint32_t size;
-  tessera_instance_state state;
-  uint32_t regions;
-  uint32_t players;          /* who have joined and not left */
-  uint32_t expected_players; /* the world starts when so many are in */
-  uint32_t name_count;       /* of player_names: known of the first 16 worlds that wait */
-  char id[64];               /* each text ends in 0 */
-  char scene[64];
-  char game[64]; /* empty: it runs none */
-  char player_names[TESSERA_MAX_LISTED_PLAYERS][TESSERA_MAX_LISTED_NAME + 1];
-} tessera_instance_info;
-#define TESSERA_INSTANCE_INFO                                      \
-  {                                                                \
-    sizeof(tessera_instance_info), 0, 0, 0, 0, 0, {0}, {0}, {0}, { \
-      { 0 }                                                        \
-    }                                                              \
-  }
-/* The control plane's instances, those that have ended too: writes up to `capacity` of them, `stride` bytes apart
- * (sizeof your tessera_instance_info), and gives in `count` how many there are, at most TESSERA_MAX_LISTED_INSTANCES.
- * Waits for the answer, up to the deadline; any thread may call it. */
-TESSERA_API tessera_code tessera_list_instances(const char* control_address, uint32_t deadline_ms,
-                                                tessera_instance_info* instances, size_t stride, size_t capacity,
-                                                size_t* count);
+/* For libraries beside this one: makes `line` the last error of this thread, and gives `code` back. */
+TESSERA_API tessera_code tessera_set_last_error(tessera_code code, const char* line);
 
 /* --- Joining ------------------------------------------------------------------------------------------------------ */
 
@@ -112,23 +78,6 @@ typedef struct tessera_client tessera_client;
 /* Nanoseconds of a clock that never goes back. Calls take the time, so a host may use its own; it must not go back. */
 TESSERA_API int64_t tessera_now(void);
 
-typedef struct tessera_join_options {
-  uint32_t size;
-  uint32_t deadline_ms; /* until the control plane has answered, and then until all regions have */
-  /* HOST:PORT#FINGERPRINT of a players' door, which is dialled by TLS: the fingerprint is that of the cluster's
-   * authority. Or unix:PATH, the socket of a control plane on this machine; NULL: that of this user's `tessera up`. */
-  const char* control_address;
-  const char* instance_id;
-  /* Shown to others: at most TESSERA_MAX_PLAYER_NAME bytes of UTF-8 without control characters; may be NULL. */
-  const char* player_name;
-  const char* bind_address; /* IPv4, of the local socket; NULL: any */
-  uint32_t flags;           /* TESSERA_JOIN_... */
-  /* tessera_return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
-   * body is where the world left it. Of two processes that play one player the newer one goes on; the other ends with
-   * TESSERA_ALREADY_EXISTS and does not dial again. NULL, 0: a new player. */
-  uint32_t returning_size;
-  const uint8_t* returning;
-} tessera_join_options;
 enum { TESSERA_MAX_PLAYER_NAME = 32 };
 enum {
   /* Show the own body and the bodies that it touches where the inputs already made will bring them. */
@@ -137,17 +86,42 @@ enum {
    * nobody knows of it. For programs that show a world; a region serves few of them. */
   TESSERA_JOIN_WATCH = 2
 };
-#define TESSERA_JOIN_OPTIONS \
-  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT, 0, NULL }
 
-/* Waits for the control plane, then gives a client that is TESSERA_JOINING. Every client wants tessera_close. */
-TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
+/* A join grant is all that a client needs to get into a running world, as one blob: the control plane makes it when a
+ * player joins, the game's backend passes it on. Secret: who has it plays as this player. */
+typedef struct tessera_grant_options {
+  uint32_t size;
+  uint32_t deadline_ms; /* until all regions have answered; it begins anew with each part of the scene that comes */
+  uint32_t flags;       /* TESSERA_JOIN_PREDICT; a viewer's grant watches by itself */
+  uint32_t reserved;
+  const char* bind_address; /* IPv4, of the local socket; NULL: any */
+  /* A folder that keeps scenes, so that the next join needs not fetch them; NULL: none. It is made where there is none.
+   */
+  const char* scene_cache_dir;
+  /* The packed scene (docs/protocol.md), if the caller has it: it is not fetched then. NULL, 0: the regions send it. */
+  const void* scene;
+  size_t scene_size;
+  /* Called by tessera_leave, so that whoever gave the grant lets the player go: with the return token. NULL:
+   * tessera_leave closes the connections, and the player can come back. */
+  tessera_code (*on_leave)(void* user, const uint8_t* token, size_t token_size, uint32_t deadline_ms);
+  void* user;
+  void (*free_user)(void* user); /* called once: when joining fails, or by tessera_close; may be NULL */
+} tessera_grant_options;
+#define TESSERA_GRANT_OPTIONS \
+  { sizeof(tessera_grant_options), 10000, TESSERA_JOIN_PREDICT, 0, NULL, NULL, NULL, 0, NULL, NULL, NULL }
+enum { TESSERA_MAX_GRANT = 1048576 };
+
+/* Gives a client that is TESSERA_JOINING; does not wait. While it is, tessera_poll goes on, and the scene is an empty
+ * one. `options` may be NULL. TESSERA_INVALID_ARGUMENT: the grant is damaged, or of another version; tessera_last_error
+ * names the field. Every client wants tessera_close. */
+TESSERA_API tessera_code tessera_join_grant(const void* grant, size_t grant_size, const tessera_grant_options* options,
+                                            tessera_client** client);
 /* A token that makes its holder this player, until the player leaves: keep it where a later process of the game finds
  * it, and keep it secret. Writes it only if it fits into `capacity` bytes, and gives how many it has; at most
  * TESSERA_MAX_TOKEN. */
 enum { TESSERA_MAX_TOKEN = 1024 };
 TESSERA_API size_t tessera_return_token(const tessera_client* client, uint8_t* token, size_t capacity);
-/* Has the player's body removed, and ends. The handle stays until tessera_close. */
+/* Has the player's body removed, and ends; by a grant, see on_leave. The handle stays until tessera_close. */
 TESSERA_API tessera_code tessera_leave(tessera_client* client, uint32_t deadline_ms);
 /* Without tessera_leave before it, the body stays in the world, and the player can come back. NULL is fine. */
 TESSERA_API void tessera_close(tessera_client* client);
@@ -156,7 +130,7 @@ TESSERA_API void tessera_close(tessera_client* client);
 
 typedef int32_t tessera_state; /* one of: */
 enum {
-  TESSERA_JOINING = 0, /* not all regions have answered yet */
+  TESSERA_JOINING = 0, /* not all regions have answered yet, or the scene is not here */
   TESSERA_WAITING = 1, /* for the other players */
   TESSERA_PLAYING = 2, /* the world moves */
   TESSERA_ENDED = 3    /* for good */

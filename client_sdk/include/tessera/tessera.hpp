@@ -2,7 +2,7 @@
 // Header only, so no C++ type crosses the library's border; what holds for tessera.h holds here.
 //
 //   tessera::Client client;
-//   if (tessera::Error error = client.Join({"play.example:7703#3fa8...", "plaza-1", "ada"})) return Fail(error.text);
+//   if (tessera::Error error = client.JoinByGrant(grant)) return Fail(error.text);   // from the game's backend
 //   while (running) {                                      // once a frame
 //     client.Poll();
 //     for (const tessera::Event& event : client.TakeEvents()) ...
@@ -37,6 +37,7 @@ struct Error {
   static Error Of(tessera_code code) { return code == TESSERA_OK ? Error{} : Error{code, tessera_last_error()}; }
 };
 
+// Of Client::Join.
 struct Options {
   std::string control_address{};  // as in tessera_join_options; empty: this user's `tessera up`
   std::string instance_id{};
@@ -47,6 +48,14 @@ struct Options {
   bool watch = false;          // join as a viewer: TESSERA_JOIN_WATCH
   // Client::ReturnToken of an earlier client of this player: comes back as the same one. Empty: a new player.
   std::vector<std::uint8_t> returning{};
+};
+
+// Of Client::JoinByGrant.
+struct GrantOptions {
+  std::chrono::milliseconds deadline{10'000};
+  std::string bind_address{};     // IPv4, of the local socket; empty: any
+  std::string scene_cache_dir{};  // a folder that keeps scenes; empty: none is kept
+  bool predict = true;            // show the own body as the inputs already made will have it
 };
 
 struct Event {
@@ -77,7 +86,6 @@ using Property = std::variant<bool, std::int64_t, double, std::string, std::arra
 using Body = tessera_body;
 using Stats = tessera_stats;
 using RegionStats = tessera_region_info;
-using InstanceInfo = tessera_instance_info;
 using Steering = tessera_steering;  // begins as TESSERA_STEERING
 using BodyInfo = tessera_body_info;
 using SceneInfo = tessera_scene_info;
@@ -124,37 +132,25 @@ inline std::vector<ShapeChild> SceneShape::Children() const {
 inline std::uint64_t BodyOfPlayer(std::uint32_t player) { return tessera_player_body(player); }
 inline std::uint32_t PlayerOfBody(std::uint64_t body) { return tessera_player_of_body(body); }
 
-// The worlds of a control plane, ended ones too. Waits for the answer; any thread may call it.
-inline Error ListInstances(const std::string& control_address, std::vector<InstanceInfo>& instances,
-                           std::chrono::milliseconds deadline = std::chrono::milliseconds(3000)) {
-  instances.assign(TESSERA_MAX_LISTED_INSTANCES, InstanceInfo TESSERA_INSTANCE_INFO);
-  std::size_t count = 0;
-  const tessera_code code =
-      tessera_list_instances(control_address.c_str(), static_cast<std::uint32_t>(deadline.count()), instances.data(),
-                             sizeof(InstanceInfo), instances.size(), &count);
-  instances.resize(count);
-  return Error::Of(code);
-}
-
 class Client {
  public:
-  Error Join(const Options& options) {
-    tessera_join_options given = TESSERA_JOIN_OPTIONS;
+  // By a grant: does not wait. Until the state is WAITING or PLAYING the scene is an empty one.
+  Error JoinByGrant(const void* grant, std::size_t size, const GrantOptions& options = {}) {
+    tessera_grant_options given = TESSERA_GRANT_OPTIONS;
     given.deadline_ms = static_cast<std::uint32_t>(options.deadline.count());
-    given.control_address = options.control_address.c_str();
-    given.instance_id = options.instance_id.c_str();
-    given.player_name = options.player_name.c_str();
     given.bind_address = options.bind_address.empty() ? nullptr : options.bind_address.c_str();
-    given.flags = 0;
-    if (options.predict) given.flags |= TESSERA_JOIN_PREDICT;
-    if (options.watch) given.flags |= TESSERA_JOIN_WATCH;
-    given.returning = options.returning.data();
-    given.returning_size = static_cast<std::uint32_t>(options.returning.size());
+    given.scene_cache_dir = options.scene_cache_dir.empty() ? nullptr : options.scene_cache_dir.c_str();
+    given.flags = options.predict ? std::uint32_t{TESSERA_JOIN_PREDICT} : 0;
     tessera_client* joined = nullptr;
-    const Error error = Error::Of(tessera_join(&given, &joined));
+    const Error error = Error::Of(tessera_join_grant(grant, size, &given, &joined));
     client_.reset(joined);
     return error;
   }
+  Error JoinByGrant(const std::vector<std::uint8_t>& grant, const GrantOptions& options = {}) {
+    return JoinByGrant(grant.data(), grant.size(), options);
+  }
+  // Through a control plane: in <tessera/connect.hpp>, and libtessera-connect.
+  Error Join(const Options& options);
   Error Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000)) {
     return Error::Of(tessera_leave(get(), static_cast<std::uint32_t>(deadline.count())));
   }

@@ -1,0 +1,28 @@
+// Joining through the control plane, over gRPC: for programs that have both.
+#include "client_sdk/client_impl.h"
+#include "client_sdk/control_session.h"
+
+namespace tessera::client {
+
+absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options) {
+  const trust::ControlPoint control(options.control_address, options.credentials);
+  absl::StatusOr<Session> session = JoinInstance(control, options.instance_id, options.player_name, options.returning,
+                                                 options.watch, options.deadline);
+  if (!session.ok()) return session.status();
+  const auto leave = [control, id = options.instance_id](const net::Credentials& credentials,
+                                                         std::chrono::milliseconds deadline) {
+    return LeaveInstance(control, id, credentials, deadline);
+  };
+  return Begin({.instance_id = options.instance_id,
+                .deadline = options.deadline,
+                .bind_address = options.bind_address,
+                .network = options.network,
+                .predict = options.predict,
+                .returning = !options.returning.empty(),
+                .by_grant = false,
+                .scene_cache_dir = {},
+                .leave = leave},
+               *std::move(session));
+}
+
+}  // namespace tessera::client
