@@ -22,6 +22,12 @@ library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/li
 foreign=$(nm -D --defined-only "$library" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
 [[ -z $foreign ]] || fail "symbols that should be hidden: $foreign"
 
+# What the library wants of the system: what every program has, and what stands beside it (docs/sdk.md).
+allowed=' libc.so.6 libm.so.6 libstdc++.so.6 libgcc_s.so.1 ld-linux-x86-64.so.2 libenet.so.7 libsodium.so.23 libBulletCollision.so.3.24 libLinearMath.so.3.24 '
+for needed in $(readelf -d "$library" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p'); do
+  [[ $allowed == *" $needed "* ]] || fail "$library needs $needed"
+done
+
 # A backend finds the messages that it speaks, each with what it imports.
 protos=$work/prefix/share/tessera/proto examples=$work/prefix/share/tessera/examples
 for service in access instance session; do
@@ -45,4 +51,4 @@ for example in watcher drifter; do
   grep -q 'player [0-9]* in plaza' "$work/$example.log" || { cat "$work/$example.log"; fail "$example did not join"; }
   grep -q '2 bodies' "$work/$example.log" || { cat "$work/$example.log"; fail "$example saw no bodies"; }
 done
-echo "package_test: both examples built from the installed package and played by grants"
+echo "package_test: the library needs nothing foreign; both examples built from the installed package and played by grants"

@@ -1,0 +1,11 @@
+// absl::btree_map is the standard map; see README.md.
+#pragma once
+
+#include <map>
+
+namespace absl {
+
+template <class Key, class Value>
+using btree_map = std::map<Key, Value>;
+
+}  // namespace absl
