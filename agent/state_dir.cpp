@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "agent/limits.h"
 #include "host/files.h"
+#include "host/log_rotation.h"
 
 namespace tessera::agent {
 namespace {
@@ -110,7 +111,11 @@ void StateDir::PruneLogs(const std::set<std::string>& in_use) const {
   std::error_code error;
   std::vector<std::pair<fs::file_time_type, fs::path>> old;
   for (const auto& entry : fs::directory_iterator(path_ + "/logs", error)) {
-    if (!in_use.contains(entry.path().string())) old.emplace_back(entry.last_write_time(error), entry.path());
+    const std::string path = entry.path().string();
+    const bool is_in_use = std::any_of(in_use.begin(), in_use.end(), [&](const std::string& current) {
+      return path == current || host::IsEarlierLogOf(path, current);
+    });
+    if (!is_in_use) old.emplace_back(entry.last_write_time(error), entry.path());
   }
   if (old.size() <= kKeptLogs) return;
   std::sort(old.begin(), old.end());

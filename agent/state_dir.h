@@ -3,7 +3,7 @@
 //   host.json      id and secret of this host (0600)
 //   workers.json   what runs here, for the next agent
 //   agent.sock     where workers attach
-//   logs/          one file a worker
+//   logs/          one file a worker, and a few before it where it grew large
 //   scenes/        <hash>.pb
 //   games/         <hash>.game
 //   lock           held while an agent runs
@@ -46,7 +46,8 @@ class StateDir {
   std::string LogPath(const v1::WorkerIdentity& worker) const;
   std::string ContentPath(const Content& content) const;
 
-  // Removes the oldest logs beyond kKeptLogs, but none of `in_use`.
+  // Removes the oldest logs beyond kKeptLogs, but none of `in_use` and none of
+  // theirs before (host/log_rotation.h).
   void PruneLogs(const std::set<std::string>& in_use) const;
 
  private:

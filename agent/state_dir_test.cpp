@@ -2,12 +2,15 @@
 
 #include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "agent/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "host/log_rotation.h"
 #include "host/temporary_folder.h"
 
 namespace tessera::agent {
@@ -71,6 +74,23 @@ TEST_F(StateDirTest, DamagedFilesAreErrorsThatNameTheFile) {
   EXPECT_THAT(std::string(dir->LoadIdentity().status().message()), HasSubstr("host_secret"));
   std::ofstream(folder_ + "/workers.json") << "[]";
   EXPECT_THAT(std::string(dir->LoadWorkers().status().message()), HasSubstr("workers.json"));
+}
+
+TEST_F(StateDirTest, LogsBeforeThatOfARunningWorkerStay) {
+  const auto dir = StateDir::Open(folder_).value();
+  const std::string current = folder_ + "/logs/running.log";
+  std::ofstream(host::EarlierLog(current, 1)) << "eldest";
+  std::ofstream{current} << "newest";
+  for (std::size_t i = 0; i < kKeptLogs + 20; ++i) std::ofstream(folder_ + "/logs/" + std::to_string(i)) << i;
+  for (const auto& entry : fs::directory_iterator(folder_ + "/logs")) {
+    if (entry.path() != host::EarlierLog(current, 1)) continue;
+    fs::last_write_time(entry, fs::file_time_type::clock::now() - std::chrono::hours(1));
+  }
+  dir->PruneLogs({current});
+  EXPECT_TRUE(fs::exists(current));
+  EXPECT_TRUE(fs::exists(host::EarlierLog(current, 1)));
+  const auto left = std::distance(fs::directory_iterator(folder_ + "/logs"), fs::directory_iterator());
+  EXPECT_EQ(static_cast<std::size_t>(left), kKeptLogs + 2);
 }
 
 TEST_F(StateDirTest, WorkersComeBackAsWritten) {

@@ -4,9 +4,13 @@
 #include <fstream>
 #include <sstream>
 
+#include "host/log_rotation.h"
+
 namespace tessera::host {
 
-std::vector<std::string> LastLines(const std::string& path, std::size_t count) {
+namespace {
+
+std::vector<std::string> LastLinesOfFile(const std::string& path, std::size_t count) {
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   if (!in) return {};
   const auto size = static_cast<std::size_t>(in.tellg());
@@ -28,6 +32,16 @@ std::vector<std::string> LastLines(const std::string& path, std::size_t count) {
   if (want < size && lines.size() > 1) lines.erase(lines.begin());  // it begins in the middle of a line
   if (lines.size() > count) lines.erase(lines.begin(), lines.end() - static_cast<std::ptrdiff_t>(count));
   return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> LastLines(const std::string& path, std::size_t count) {
+  std::vector<std::string> lines = LastLinesOfFile(path, count);
+  if (lines.size() >= count) return lines;
+  std::vector<std::string> before = LastLinesOfFile(EarlierLog(path, 1), count - lines.size());
+  before.insert(before.end(), lines.begin(), lines.end());
+  return before;
 }
 
 std::string LastLinesText(const std::string& path, std::size_t count) {

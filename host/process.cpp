@@ -19,6 +19,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "host/files.h"
+#include "host/log_rotation.h"
 #include "host/wait_readable.h"
 
 namespace tessera::host {
@@ -69,9 +70,9 @@ std::vector<char*> EnvironmentWithout(const std::vector<std::string>& names) {
   std::vector<char*> kept;
   for (char** variable = environ; *variable != nullptr; ++variable) {
     const std::string name(*variable, std::strcspn(*variable, "="));
-    if (std::find(names.begin(), names.end(), name) == names.end()) kept.push_back(*variable);
+    const bool is_ours = name == kLogFileEnvironment;
+    if (!is_ours && std::find(names.begin(), names.end(), name) == names.end()) kept.push_back(*variable);
   }
-  kept.push_back(nullptr);
   return kept;
 }
 
@@ -122,6 +123,7 @@ std::string ExitStatus::Describe() const {
 }
 
 absl::StatusOr<Process> Process::Spawn(const ProcessSpec& spec) {
+  (void)RotateLogIfLarge(spec.log_path);
   const int error_fd = OpenToAppend(spec.log_path);
   if (error_fd < 0) return Unavailable(spec.log_path, errno);
   const int output_fd = spec.output_path.empty() ? error_fd : OpenToAppend(spec.output_path);
@@ -135,6 +137,8 @@ absl::StatusOr<Process> Process::Spawn(const ProcessSpec& spec) {
   for (const std::string& argument : spec.argv) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   std::vector<char*> environment = EnvironmentWithout(spec.without_environment);
+  std::string log_variable = absl::StrCat(kLogFileEnvironment, "=", spec.log_path);
+  environment.insert(environment.end(), {log_variable.data(), nullptr});
   std::array<int, 2> report{-1, -1};  // its writing end is closed by exec
   const int report_error = pipe2(report.data(), O_CLOEXEC) == 0 ? 0 : errno;
   const Launch launch{.argv = argv.data(),

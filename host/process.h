@@ -24,9 +24,9 @@ namespace tessera::host {
 
 struct ProcessSpec {
   std::vector<std::string> argv;  // the first is the program's path
-  std::string log_path;           // both outputs are appended to this file
-  std::string output_path{};      // if given, standard output is appended to this file instead
-  int parent_death_signal = 0;    // sent to the process when this program ends, in whatever way; 0: it lives on
+  std::string log_path;  // both outputs are appended to this file; rotated before and, by programs of ours, meanwhile
+  std::string output_path{};    // if given, standard output is appended to this file instead
+  int parent_death_signal = 0;  // sent to the process when this program ends, in whatever way; 0: it lives on
   std::vector<std::string> without_environment{};  // names of variables that it does not inherit
 };
 

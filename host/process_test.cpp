@@ -6,10 +6,12 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 
 #include "gmock/gmock.h"
 #include "host/files.h"
 #include "host/last_lines.h"
+#include "host/log_rotation.h"
 #include "host/temporary_folder.h"
 
 namespace tessera::host {
@@ -36,6 +38,21 @@ class ProcessTest : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+TEST_F(ProcessTest, KnowsItsLogFileAndNotThatOfWhoStartedIt) {
+  setenv(kLogFileEnvironment, "/of/this/test.log", 1);
+  EXPECT_TRUE(
+      RunShell(std::string("echo \"<$") + kLogFileEnvironment + ">\"; env | grep -c " + kLogFileEnvironment).Clean());
+  unsetenv(kLogFileEnvironment);
+  EXPECT_EQ(Logged(), "<" + Log() + ">\n1\n");
+}
+
+TEST_F(ProcessTest, ALargeLogIsRotatedBeforeTheProcessWrites) {
+  ASSERT_TRUE(WriteFile(Log(), std::string(kMaxLogBytes, 'x'), Durability::kSurvivesProcess).ok());
+  EXPECT_TRUE(RunShell("echo new").Clean());
+  EXPECT_EQ(Logged(), "new\n");
+  EXPECT_EQ(std::filesystem::file_size(EarlierLog(Log(), 1)), kMaxLogBytes);
+}
 
 TEST_F(ProcessTest, ReportsExitCodeAndSignal) {
   const ExitStatus code = RunShell("exit 7");

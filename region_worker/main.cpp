@@ -6,11 +6,13 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <string>
 
 #include "game_sdk/native/native_module.h"
+#include "host/log_rotation.h"
 #include "region_worker/flags.h"
 #include "region_worker/wait.h"
 #include "region_worker/worker_shell.h"
@@ -57,8 +59,11 @@ int main(int argc, char** argv) {
   if (const auto* exit_now = std::get_if<ExitNow>(&parsed)) return Exit(exit_now->status, exit_now->text);
   const auto& options = std::get<WorkerOptions>(parsed);
   if (!options.describe_game_module.empty()) return DescribeModule(options.describe_game_module);
-  if (!options.log_file.empty() && !RedirectStderr(options.log_file)) {
-    return Exit(kExitUsage, "tessera-region: --log-file " + options.log_file + ": " + std::strerror(errno) + "\n");
+  if (!options.log_file.empty()) {
+    if (!RedirectStderr(options.log_file)) {
+      return Exit(kExitUsage, "tessera-region: --log-file " + options.log_file + ": " + std::strerror(errno) + "\n");
+    }
+    setenv(tessera::host::kLogFileEnvironment, options.log_file.c_str(), 1);  // before any thread
   }
   if (const absl::Status status = tessera::telemetry::InitLogging("region", options.log_level); !status.ok()) {
     return Exit(kExitUsage, "tessera-region: " + std::string(status.message()) + "\n");

@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 
+#include "host/last_lines.h"
+#include "host/log_rotation.h"
 #include "net/endpoint.h"
 #include "region_worker/standalone.h"
 #include "region_worker/testing/worker_process.h"
@@ -249,6 +252,21 @@ TEST(WorkerLogTest, LogFileTakesAllThatIsSaid) {
   std::ifstream file(log);
   const std::string said{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   EXPECT_NE(said.find("listening instance=standalone region=1"), std::string::npos) << said;
+}
+
+// The file is full but for one line, which the worker writes; all else goes into a new one.
+TEST(WorkerLogTest, ALargeLogFileIsRotated) {
+  const std::string log = WriteTestFile("large.log", std::string(host::kMaxLogBytes - 50, 'x') + "\n");
+  auto arguments = Alone(FreeBasePort(1));
+  arguments.insert(arguments.end(), {"--seconds", "0.1", "--log-file", log});
+  WorkerProcess worker(arguments);
+  EXPECT_EQ(worker.Wait(), kExitOk);
+  const std::uintmax_t before = std::filesystem::file_size(host::EarlierLog(log, 1));
+  EXPECT_GE(before, host::kMaxLogBytes);
+  EXPECT_LT(before, host::kMaxLogBytes + 1000);
+  EXPECT_LT(std::filesystem::file_size(log), host::kMaxLogBytes / 2);
+  EXPECT_FALSE(std::filesystem::exists(host::EarlierLog(log, 2)));
+  EXPECT_NE(host::LastLinesText(log, 20).find("listening instance=standalone"), std::string::npos);
 }
 
 }  // namespace

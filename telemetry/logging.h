@@ -26,6 +26,10 @@ inline constexpr char kLogEnvironment[] = "TESSERA_LOG";
 // Sets spdlog's default logger. The level is `flag` if it is not empty, else the environment's TESSERA_LOG, else
 // "info"; one of trace, debug, info, warning, error, off. An unknown level is kInvalidArgument and names where it came
 // from.
+//
+// Where stderr is the file that the environment's TESSERA_LOG_FILE names, as for processes that host::Process started,
+// the file is rotated when it has grown large (host/log_rotation.h): stderr, and stdout where it is the same file, go
+// on into a new one.
 absl::Status InitLogging(const std::string& component, std::string_view flag = {});
 
 }  // namespace tessera::telemetry

@@ -1,13 +1,20 @@
 #include "telemetry/logging.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "host/last_lines.h"
+#include "host/log_rotation.h"
+#include "host/temporary_folder.h"
 #include "spdlog/spdlog.h"
 
 namespace tessera::telemetry {
@@ -71,6 +78,66 @@ TEST_F(LoggingTest, RefusesAnUnknownLevelAndNamesItsSource) {
   EXPECT_THAT(std::string(by_flag.message()), HasSubstr("--log-level: unknown log level loud"));
   setenv(kLogEnvironment, "very loud", 1);
   EXPECT_THAT(std::string(InitLogging("region").message()), HasSubstr("TESSERA_LOG: unknown log level \"very loud\""));
+}
+
+// stderr as the file at `path`, for as long as this lives.
+class StderrInFile {
+ public:
+  explicit StderrInFile(const std::string& path) : before_(dup(STDERR_FILENO)) {
+    const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+    dup2(fd, STDERR_FILENO);
+    close(fd);
+  }
+  ~StderrInFile() {
+    std::fflush(stderr);
+    dup2(before_, STDERR_FILENO);
+    close(before_);
+  }
+  StderrInFile(const StderrInFile&) = delete;
+  StderrInFile& operator=(const StderrInFile&) = delete;
+
+ private:
+  int before_;
+};
+
+TEST_F(LoggingTest, ItsLogFileNeverGrowsBeyondItsLimitAndOldOnesGo) {
+  const host::TemporaryFolder folder;
+  const std::string path = folder.path() + "/a.log";
+  setenv(host::kLogFileEnvironment, path.c_str(), 1);
+  {
+    const StderrInFile in_file(path);
+    ASSERT_TRUE(InitLogging("region").ok());
+    const std::string line(64 * 1024, 'x');
+    const std::uint64_t lines = (host::kEarlierLogs + 2) * host::kMaxLogBytes / line.size();
+    for (std::uint64_t i = 0; i < lines; ++i) spdlog::info(line);
+    spdlog::info("the last");
+  }
+  unsetenv(host::kLogFileEnvironment);
+  ASSERT_TRUE(InitLogging("region").ok());
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    ++files;
+    EXPECT_LT(entry.file_size(), host::kMaxLogBytes + 128 * 1024) << entry.path();
+  }
+  EXPECT_EQ(files, host::kEarlierLogs + 1);
+  EXPECT_THAT(host::LastLines(path, 1).at(0), HasSubstr("the last"));
+}
+
+// Somebody else writes there, too, or it is no file at all.
+TEST_F(LoggingTest, AFileThatIsNotItsStderrStays) {
+  const host::TemporaryFolder folder;
+  const std::string path = folder.path() + "/a.log", other = folder.path() + "/other.log";
+  std::ofstream(path) << std::string(host::kMaxLogBytes, 'x');
+  setenv(host::kLogFileEnvironment, path.c_str(), 1);
+  {
+    const StderrInFile in_file(other);
+    ASSERT_TRUE(InitLogging("region").ok());
+    spdlog::info("elsewhere");
+  }
+  unsetenv(host::kLogFileEnvironment);
+  ASSERT_TRUE(InitLogging("region").ok());
+  EXPECT_FALSE(std::filesystem::exists(host::EarlierLog(path, 1)));
+  EXPECT_THAT(host::LastLines(other, 1).at(0), HasSubstr("elsewhere"));
 }
 
 TEST(LogValueTest, LeavesPlainTextAsItIs) { EXPECT_EQ(LogValue("plaza-1/region:2"), "plaza-1/region:2"); }
