@@ -55,8 +55,9 @@ inline constexpr std::size_t kMaxShutOut = 16;
 // --- Receiving.
 
 // Datagrams that one call of a game port's Service looks at: 1 ms where all are worthless. The others wait in the
-// kernel, and are lost where its buffer is full. Fewer for each session, and those of honest players would wait.
-inline constexpr std::size_t kDatagramsPerService = 1024, kDatagramsPerSession = 4;
+// kernel, and are lost where its buffer is full. Fewer for each session, and those of honest players would wait while
+// the region is slow: at ten ticks a second each has sent six or more.
+inline constexpr std::size_t kDatagramsPerService = 1024, kDatagramsPerSession = 8;
 // The same for endpoints that receive large messages from whom they trust more, and for clients.
 inline constexpr std::size_t kMaxDatagramsPerService = 8192;
 
