@@ -18,15 +18,16 @@ export class RightDialog {
       this.token,
       h('p', {}, 'The token is kept until this tab is closed, and sent to this gateway alone.'),
       h('p', { class: 'warn', hidden: open }, 'This page came without encryption: whoever is on the network between can read the token.'),
-      h('div', {}, h('button', { type: 'button', onclick: () => this.element.close() }, 'Cancel'), h('button', { class: 'primary' }, 'Use token')),
+      h('div', {}, h('button', { type: 'button', onclick: () => this.forget() }, 'Cancel'), h('button', { class: 'primary' }, 'Use token')),
     );
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       const token = this.token.value.trim();
-      this.element.close();
+      this.forget();
       this.give(token);
     });
-    this.element.addEventListener('close', () => (this.token.value = ''));
+    // Not at `close`: that comes later, perhaps when the dialog asks again.
+    this.element.addEventListener('cancel', () => (this.token.value = ''));
     this.element.append(form);
   }
 
@@ -35,5 +36,10 @@ export class RightDialog {
     setText(this.why, why);
     if (!this.element.open) this.element.showModal();
     this.token.focus();
+  }
+
+  private forget(): void {
+    this.token.value = '';
+    this.element.close();
   }
 }
