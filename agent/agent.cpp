@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "host/files.h"
 #include "host/last_lines.h"
 #include "host/socket_address.h"
@@ -133,12 +134,17 @@ absl::Status Agent::FindJoinToken() {
         absl::StrCat(why, "give --join-token-file, --join-token or TESSERA_JOIN_TOKEN, from `tessera host add NAME`"));
   }
   options_.join_token = *std::move(token);
-  const auto control = trust::ParseControlAddress(options_.control, host::PortRule::kFrom1);
-  if (!control.ok() || control->is_socket()) return control.status();
+  auto control = trust::ParseControlAddresses(options_.control, host::PortRule::kFrom1);
+  if (!control.ok() || control->front().is_socket()) return control.status();
   // "tsj_...": over TLS the fingerprint of the control plane's authority comes after it, and says whom to give it to.
   const std::size_t mark = options_.join_token.find('.');
-  if (mark != std::string::npos && control->fingerprint.empty()) {
-    absl::StrAppend(&options_.control, "#", options_.join_token.substr(mark + 1));
+  if (mark != std::string::npos) {
+    std::vector<std::string> addresses;
+    for (trust::ControlAddress& address : *control) {
+      if (address.fingerprint.empty()) address.fingerprint = options_.join_token.substr(mark + 1);
+      addresses.push_back(address.text());
+    }
+    options_.control = absl::StrJoin(addresses, ",");
   }
   options_.join_token.resize(std::min(mark, options_.join_token.size()));
   auto key = trust::MakeKey();

@@ -15,11 +15,11 @@
 namespace tessera::agent {
 namespace {
 
-grpc::ChannelArguments Arguments() {
+grpc::ChannelArguments Arguments(bool leaves_silent) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // else a failed attempt's waiting time is inherited
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTime_ms);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, leaves_silent ? kLeaderKeepaliveTime_ms : kKeepaliveTime_ms);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, leaves_silent ? kLeaderKeepaliveTimeout_ms : kKeepaliveTimeout_ms);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   return arguments;
@@ -280,8 +280,9 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
 
 absl::StatusOr<std::shared_ptr<ControlLink>> ControlLink::Dial(const std::string& address,
                                                                const trust::Credentials& credentials,
-                                                               const v1::AgentHello& hello, Callbacks callbacks) {
-  const auto channel = trust::Dial(address, credentials, Arguments());
+                                                               const v1::AgentHello& hello, Callbacks callbacks,
+                                                               bool leaves_silent) {
+  const auto channel = trust::Dial(address, credentials, Arguments(leaves_silent));
   if (!channel.ok()) return channel.status();
   auto stream = std::make_shared<Stream>(*channel, std::move(callbacks));
   stream->Begin(stream, hello);

@@ -30,10 +30,12 @@ class ControlLink {
     std::function<void(v1::ControlMessage)> on_message;
     std::function<void(absl::Status)> on_closed;  // OK: the control plane ended the stream
   };
-  // Errors: those of trust::Dial; nothing was begun then.
+  // `leaves_silent`: a control plane that says nothing for 2 s is given up, because there are others. Errors: those of
+  // trust::Dial; nothing was begun then.
   static absl::StatusOr<std::shared_ptr<ControlLink>> Dial(const std::string& address,
                                                            const trust::Credentials& credentials,
-                                                           const v1::AgentHello& hello, Callbacks callbacks);
+                                                           const v1::AgentHello& hello, Callbacks callbacks,
+                                                           bool leaves_silent = false);
   virtual ~ControlLink() = default;
 
   virtual void Send(v1::AgentMessage message) = 0;

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
+#include "trust/control_address.h"
 
 namespace tessera::agent {
 namespace {
@@ -20,11 +21,20 @@ bool IsBadHello(const absl::Status& status) {
   return absl::IsInvalidArgument(status) || absl::IsFailedPrecondition(status) || absl::IsUnimplemented(status);
 }
 
+// One that cannot be read stays as it is: dialling it says why.
+std::vector<std::string> Parted(const std::string& addresses) {
+  const auto parsed = trust::ParseControlAddresses(addresses, host::PortRule::kFrom1);
+  if (!parsed.ok()) return {addresses};
+  std::vector<std::string> parts;
+  for (const trust::ControlAddress& address : *parsed) parts.push_back(address.text());
+  return parts;
+}
+
 }  // namespace
 
-ControlSession::ControlSession(std::shared_ptr<EventLoop> loop, std::string address, Callbacks callbacks)
+ControlSession::ControlSession(std::shared_ptr<EventLoop> loop, const std::string& addresses, Callbacks callbacks)
     : loop_(std::move(loop)),
-      address_(std::move(address)),
+      addresses_(Parted(addresses)),
       callbacks_(std::move(callbacks)),
       alive_(std::make_shared<ControlSession*>(this)),
       random_(std::random_device{}()) {}
@@ -50,12 +60,13 @@ void ControlSession::Dial() {
   callbacks.on_closed = [relay](const absl::Status& status) {
     relay([status](ControlSession& session) { session.OnClosed(status); });
   };
-  auto link = ControlLink::Dial(address_, callbacks_.credentials(), callbacks_.hello(), std::move(callbacks));
+  auto link =
+      ControlLink::Dial(address(), callbacks_.credentials(), callbacks_.hello(), std::move(callbacks), several());
   if (!link.ok()) {
     return relay([status = link.status()](ControlSession& session) { session.OnClosed(status); });
   }
   link_ = *std::move(link);
-  SetTimer(Clock::now() + kAdmissionTimeout, [this] { link_->Cancel(); });
+  SetTimer(Clock::now() + (several() ? kLeaderAdmissionTimeout : kAdmissionTimeout), [this] { link_->Cancel(); });
 }
 
 void ControlSession::Redial() {
@@ -73,6 +84,11 @@ void ControlSession::OnMessage(const v1::ControlMessage& message) {
   if (message.has_admitted()) {
     OnAdmitted(message.admitted());
   } else if (message.has_desired() && admitted_link_) {
+    if (several() && !lives_.Admit(message.desired().revision())) {
+      spdlog::warn("desired set refused at={} revision={}: of a control plane that was deposed", LogValue(address()),
+                   message.desired().revision());
+      return link_->Cancel();
+    }
     callbacks_.on_desired(message.desired());
   } else if (message.has_lease() && admitted_link_) {
     callbacks_.on_lease(message.lease());
@@ -88,7 +104,7 @@ void ControlSession::OnAdmitted(const v1::Admitted& admitted) {
   backoff_ = kFirstBackoff;
   admitted_link_ = link_;
   known_ = Known::kConnected;
-  spdlog::info("control plane connected at={} host_id={} host_name={} heartbeat_ms={}", LogValue(address_),
+  spdlog::info("control plane connected at={} host_id={} host_name={} heartbeat_ms={}", LogValue(address()),
                LogValue(admitted.host_id()), LogValue(admitted.host_name()), asked);
   callbacks_.on_admitted(admitted);
   // Not at once: the hello has said all.
@@ -114,10 +130,13 @@ void ControlSession::OnClosed(const absl::Status& status) {
   if (known_ != Known::kAway) {
     known_ = Known::kAway;
     const std::string why = status.ok() ? "the stream was ended" : std::string(status.message());
-    spdlog::warn("control plane away at={} reason={}; workers run on, trying again", LogValue(address_), LogValue(why));
+    spdlog::warn("control plane away at={} reason={}; workers run on, trying again", LogValue(address()),
+                 LogValue(why));
   }
   if (was_admitted) callbacks_.on_away();
-  SetTimer(Clock::now() + NextBackoff(), [this] { Dial(); });
+  // The next one may lead. Only when all have been tried is there a pause that grows.
+  at_ = (at_ + 1) % addresses_.size();
+  SetTimer(Clock::now() + (at_ == 0 ? NextBackoff() : Duration::zero()), [this] { Dial(); });
 }
 
 void ControlSession::Close(std::function<void()> closed) {

@@ -1,7 +1,8 @@
 // ControlSession: being a host of the control plane, for as long as this program runs.
 //
-// Dials, says hello, is admitted, beats, and when the stream ends dials again, for ever. Each change between connected
-// and away is logged once. Only a refusal (wrong or used token, wrong secret, host removed) ends it.
+// Dials, says hello, is admitted, beats, and when the stream ends dials again, for ever. Of several control planes it
+// dials one after the other until it is admitted by the one that leads. Each change between connected and away is
+// logged once. Only a refusal (wrong or used token, wrong secret, host removed) ends it.
 //
 // Thread rule: the event loop's thread, which also runs the callbacks.
 #pragma once
@@ -11,10 +12,12 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "agent/control_link.h"
 #include "agent/event_loop.h"
+#include "agent/life_fence.h"
 
 namespace tessera::agent {
 
@@ -30,7 +33,8 @@ class ControlSession {
     std::function<void()> on_away;
     std::function<void(const absl::Status&)> on_refused;  // the session is over
   };
-  ControlSession(std::shared_ptr<EventLoop> loop, std::string address, Callbacks callbacks);
+  // `addresses`: as trust::ParseControlAddresses takes them.
+  ControlSession(std::shared_ptr<EventLoop> loop, const std::string& addresses, Callbacks callbacks);
   ~ControlSession();
 
   void Start() { Dial(); }
@@ -51,9 +55,13 @@ class ControlSession {
   void Beat();
   void SetTimer(TimePoint when, EventLoop::Callback callback);
   Duration NextBackoff();
+  const std::string& address() const { return addresses_[at_]; }
+  bool several() const { return addresses_.size() > 1; }
 
   std::shared_ptr<EventLoop> loop_;
-  std::string address_;
+  std::vector<std::string> addresses_;  // of the control planes, at least one
+  std::size_t at_ = 0;                  // the one that is dialled
+  LifeFence lives_;
   Callbacks callbacks_;
   // Callbacks of links hold a weak one, with the number of their dial: what an old link says is not heard.
   std::shared_ptr<ControlSession*> alive_;

@@ -31,6 +31,10 @@ inline constexpr Duration kLastBackoff = std::chrono::seconds(2);
 inline constexpr Duration kAdmissionTimeout = std::chrono::seconds(10);
 // A connection to a host that vanished without a word is given up after the sum of these two.
 inline constexpr int kKeepaliveTime_ms = 10'000, kKeepaliveTimeout_ms = 5'000;
+// The same with several control planes, one of which can take over from a leader that fell silent. The control plane
+// takes pings from 1 s on.
+inline constexpr Duration kLeaderAdmissionTimeout = std::chrono::seconds(2);
+inline constexpr int kLeaderKeepaliveTime_ms = 1'100, kLeaderKeepaliveTimeout_ms = 900;
 // The control plane may ask for heartbeats in this range. More often, they cost more than they report.
 inline constexpr std::uint32_t kMinHeartbeat_ms = 20, kMaxHeartbeat_ms = 60'000;
 // Last words on a stream (what just ended) before this program exits; the other side may be gone.

@@ -88,7 +88,7 @@ absl::Status CheckAddresses(const AgentFlags& f, AgentOptions& options) {
   if (inet_pton(AF_INET, options.bind_address.c_str(), &ignored) != 1) {
     return absl::InvalidArgumentError(absl::StrCat("--bind-address \"", f.bind, "\" is not an IPv4 address"));
   }
-  if (auto control = trust::ParseControlAddress(f.control, host::PortRule::kFrom1); !control.ok()) {
+  if (auto control = trust::ParseControlAddresses(f.control, host::PortRule::kFrom1); !control.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("--control ", control.status().message()));
   }
   options.control = f.control;

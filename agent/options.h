@@ -11,7 +11,7 @@
 namespace tessera::agent {
 
 struct AgentOptions {
-  std::string control;     // as trust::ParseControlAddress takes it
+  std::string control;     // as trust::ParseControlAddresses takes it
   std::string join_token;  // secret
   std::string join_token_file;
   std::string state_dir = "/var/lib/tessera/agent";

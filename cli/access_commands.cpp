@@ -1,5 +1,6 @@
 // tessera cluster init | authority, tessera token create | list | revoke, tessera context add | list | use | remove
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -8,6 +9,8 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "absl/strings/ascii.h"
 #include "cli/checks.h"
@@ -166,19 +169,32 @@ std::string ReadToken(const AccessOptions& options) {
   return token;
 }
 
+// From the first of a cluster's control planes that answers; each has it, whoever leads.
+std::string FetchFromAny(const std::vector<trust::ControlAddress>& addresses) {
+  absl::StatusOr<std::string> authority;
+  for (const trust::ControlAddress& address : addresses) {
+    authority = trust::FetchAuthority(address.tcp, address.fingerprint, kFetchTimeout);
+    if (!absl::IsUnavailable(authority.status())) break;
+  }
+  return local::OrThrow(std::move(authority));
+}
+
 void AddContext(const AccessOptions& options) {
-  const auto address = local::OrThrow(trust::ParseControlAddress(options.address, host::PortRule::kFrom1));
-  if (address.is_socket() || address.fingerprint.empty()) {
-    throw local::CommandError(
-        fmt::format("--address \"{}\" is not of the form HOST:PORT#FINGERPRINT; "
-                    "`tessera cluster authority` prints the fingerprint",
-                    options.address));
+  const auto addresses = local::OrThrow(trust::ParseControlAddresses(options.address, host::PortRule::kFrom1));
+  std::vector<std::string> targets;
+  for (const trust::ControlAddress& address : addresses) {
+    if (address.is_socket() || address.fingerprint.empty()) {
+      throw local::CommandError(
+          fmt::format("--address \"{}\" is not of the form HOST:PORT#FINGERPRINT; "
+                      "`tessera cluster authority` prints the fingerprint",
+                      address.text()));
+    }
+    targets.push_back(address.target());
   }
   Contexts contexts = LoadContexts();
-  contexts.by_name[options.name] = {
-      .address = address.target(),
-      .authority = local::OrThrow(trust::FetchAuthority(address.tcp, address.fingerprint, kFetchTimeout)),
-      .token = ReadToken(options)};
+  contexts.by_name[options.name] = {.address = fmt::format("{}", fmt::join(targets, ",")),
+                                    .authority = FetchFromAny(addresses),
+                                    .token = ReadToken(options)};
   contexts.current = options.name;
   SaveContexts(contexts);
   std::cout << fmt::format("context {} added to {}, and in use\n", options.name, ContextsPath());

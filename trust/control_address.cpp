@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "trust/certificate.h"
 
 namespace tessera::trust {
@@ -16,6 +17,10 @@ constexpr char kSocketPrefix[] = "unix:";
 
 std::string ControlAddress::target() const {
   return is_socket() ? absl::StrCat(kSocketPrefix, socket_path) : ToString(tcp);
+}
+
+std::string ControlAddress::text() const {
+  return fingerprint.empty() ? target() : absl::StrCat(target(), "#", fingerprint);
 }
 
 absl::StatusOr<ControlAddress> ParseControlAddress(const std::string& text, host::PortRule ports) {
@@ -42,6 +47,27 @@ absl::StatusOr<ControlAddress> ParseControlAddress(const std::string& text, host
         absl::StrCat("\"", text, "\": after # comes a fingerprint of 64 hexadecimal digits in lower case"));
   }
   return address;
+}
+
+absl::StatusOr<std::vector<ControlAddress>> ParseControlAddresses(const std::string& text, host::PortRule ports) {
+  // A path may hold commas.
+  const std::vector<std::string> parts = text.starts_with(kSocketPrefix)
+                                             ? std::vector<std::string>{text}
+                                             : std::vector<std::string>(absl::StrSplit(text, ','));
+  if (parts.size() > kMaxControlAddresses) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("names ", parts.size(), " control planes, at most ", kMaxControlAddresses, " are taken"));
+  }
+  std::vector<ControlAddress> addresses;
+  for (const std::string& part : parts) {
+    auto address = ParseControlAddress(part, ports);
+    if (!address.ok()) return address.status();
+    if (address->is_socket() && parts.size() > 1) {
+      return absl::InvalidArgumentError(absl::StrCat("\"", part, "\": a socket stands alone, in no list"));
+    }
+    addresses.push_back(*std::move(address));
+  }
+  return addresses;
 }
 
 std::string DefaultControlSocket() {

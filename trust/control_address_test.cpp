@@ -35,6 +35,23 @@ TEST(ControlAddressTest, RefusesWhatIsNone) {
   }
 }
 
+TEST(ControlAddressTest, SeveralControlPlanesAreAList) {
+  const auto list = ParseControlAddresses("10.0.0.1:7700#" + kFingerprint + ",[::1]:7701", host::PortRule::kFrom1);
+  ASSERT_TRUE(list.ok()) << list.status();
+  ASSERT_EQ(list->size(), 2u);
+  EXPECT_EQ(list->at(0).text(), "10.0.0.1:7700#" + kFingerprint);
+  EXPECT_EQ(list->at(1).text(), "[::1]:7701");
+  EXPECT_EQ(ParseControlAddresses("unix:/a,b/control.sock", host::PortRule::kFrom1)->front().text(),
+            "unix:/a,b/control.sock");
+  std::string many = "a:1";
+  for (std::size_t i = 0; i < kMaxControlAddresses; ++i) many += ",a:1";
+  for (const std::string& bad :
+       {std::string("a:1,"), std::string("a:1,unix:/control.sock"), std::string(",a:1"), many}) {
+    EXPECT_EQ(ParseControlAddresses(bad, host::PortRule::kFrom1).status().code(), absl::StatusCode::kInvalidArgument)
+        << bad;
+  }
+}
+
 TEST(ControlAddressTest, TheDefaultSocketIsTheUsersOwn) {
   setenv("XDG_RUNTIME_DIR", "/run/user/7", 1);
   EXPECT_EQ(DefaultControlSocket(), "/run/user/7/tessera/control.sock");

@@ -7,12 +7,16 @@
 // There is no way without: over TCP it is TLS, and the server's certificate must be of the authority that is given, or
 // that the address names by its fingerprint.
 //
+// Of several control planes, "10.0.0.1:7700,10.0.0.2:7700", the one that leads is looked for: all are asked at once,
+// and the channel is to the first whose health says that it serves. It does not move on when another leads; dial again.
+//
 // Thread rule: any thread. An address with a fingerprint is dialled once here, to have the authority's certificate;
 // that is kept for the life of the process.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
 
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -22,8 +26,12 @@
 namespace tessera::trust {
 
 // Errors: INVALID_ARGUMENT (address, token), UNAVAILABLE and UNAUTHENTICATED as FetchAuthority's, FAILED_PRECONDITION:
-// nothing says whom to trust at a TCP address.
+// nothing says whom to trust at a TCP address. For a list also UNAVAILABLE: "no control plane of ... leads: ...", at
+// most kFindLeaderPatience later.
 absl::StatusOr<std::shared_ptr<grpc::Channel>> Dial(const std::string& address, const Credentials& credentials = {},
                                                     grpc::ChannelArguments arguments = {});
+
+// How long several control planes are asked which of them leads.
+inline constexpr std::chrono::milliseconds kFindLeaderPatience{2000};
 
 }  // namespace tessera::trust

@@ -2,6 +2,7 @@
 #include "trust/dial.h"
 
 #include <gmock/gmock.h>
+#include <grpcpp/health_check_service_interface.h>
 #include <gtest/gtest.h>
 
 #include "tessera/v1/host.grpc.pb.h"
@@ -51,6 +52,44 @@ class DialTest : public ::testing::Test {
   v1::HostService::Service service_;  // a server has to serve something
   std::unique_ptr<grpc::Server> server_;
 };
+
+TEST_F(DialTest, OfSeveralTheOneThatServesIsFound) {
+  // A second one of the same authority, which does not serve; and nobody listens at the third address.
+  const KeyedCertificate own = *IssueServer(authority_, "11");
+  grpc::SslServerCredentialsOptions options;
+  options.pem_key_cert_pairs.push_back({own.key, own.certificate + authority_.certificate});
+  grpc::EnableDefaultHealthCheckService(true);
+  v1::HostService::Service follower_service, leader_service;
+  const auto start = [&](v1::HostService::Service& service, int& port) {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::SslServerCredentials(options), &port);
+    builder.RegisterService(&service);
+    return builder.BuildAndStart();
+  };
+  int follower_port = 0, leader_port = 0;
+  const auto follower = start(follower_service, follower_port), leader = start(leader_service, leader_port);
+  follower->GetHealthCheckService()->SetServingStatus(false);
+  server_->Shutdown(std::chrono::system_clock::now());
+  server_.reset();
+  const auto list = [&](int last) {
+    return address_ + "#" + fingerprint_ + ",127.0.0.1:" + std::to_string(follower_port) + "#" + fingerprint_ +
+           ",127.0.0.1:" + std::to_string(last) + "#" + fingerprint_;
+  };
+  const auto found = Dial(list(leader_port));
+  ASSERT_TRUE(found.ok()) << found.status();
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + 10s);
+  v1::ListHostsResponse response;
+  EXPECT_EQ(v1::HostService::NewStub(*found)->ListHosts(&context, {}, &response).error_code(),
+            grpc::StatusCode::UNIMPLEMENTED)
+      << "it is reached";
+
+  leader->GetHealthCheckService()->SetServingStatus(false);
+  const auto none = Dial(list(leader_port));
+  EXPECT_EQ(none.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(none.status().message()),
+              ::testing::HasSubstr("127.0.0.1:" + std::to_string(follower_port) + ": follows"));
+}
 
 TEST_F(DialTest, WhoKnowsTheAuthorityOrItsFingerprintConnects) {
   EXPECT_TRUE(Connects(
