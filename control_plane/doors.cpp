@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/door_limits.h"
 #include "control_plane/one_line.h"
 #include "host/files.h"
 #include "telemetry/log_throttle.h"
@@ -151,15 +152,14 @@ void ForwardGrpcLog() {
       [](gpr_log_func_args* args) { spdlog::debug("grpc {}:{}: {}", args->file, args->line, args->message); });
 }
 
-void SetServerLimits(grpc::ServerBuilder& builder) {
+void SetServerLimits(grpc::ServerBuilder& builder, Door door) {
+  SetDoorLimits(builder, door);
   // Else a second control plane would share the port, and every other call would go to it.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kMinPingIntervalMs);
-  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  builder.SetMaxSendMessageSize(kMaxMessageBytes);
 }
 
 Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane) {

@@ -27,7 +27,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> UnjudgedTlsCredentials(
 // gRPC's own log lines are for those who debug it, so they go out at debug level.
 void ForwardGrpcLog();
 // Message sizes and keepalive, as clients rely on them.
-void SetServerLimits(grpc::ServerBuilder& builder);
+void SetServerLimits(grpc::ServerBuilder& builder, Door door);
 // Who calls, now: nobody, where what was shown counts no more since the Doorkeeper let the call in.
 Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane);
 

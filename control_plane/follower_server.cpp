@@ -52,7 +52,7 @@ struct FollowerServer::Impl {
                     const std::shared_ptr<grpc::ServerCredentials>& credentials) {
     FollowerDoor& opened = *doors.emplace_back(std::make_unique<FollowerDoor>(door, leader));
     grpc::ServerBuilder builder;
-    SetServerLimits(builder);
+    SetServerLimits(builder, door);
     builder.AddListeningPort(address, credentials);
     builder.RegisterCallbackGenericService(&opened.service);
     opened.server = builder.BuildAndStart();

@@ -13,6 +13,7 @@
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/door_limits.h"
 #include "control_plane/doors.h"
 #include "control_plane/hello_deadlines.h"
 #include "control_plane/one_line.h"
@@ -73,6 +74,8 @@ class Answerer {
     const Caller caller = CallerOf(*context);  // before the call, which may revoke its own token
     const auto begun = std::chrono::steady_clock::now();
     absl::Status status = subject.instance ? CheckInstance(caller, *subject.instance) : absl::OkStatus();
+    const auto slot = slots_.Take(caller, context->peer(), method);
+    if (!slot) status = absl::ResourceExhaustedError("too many calls of this caller are under way; try again");
     const bool changes = kind == CallKind::kCommand && !std::string_view(method).starts_with("AccessService/");
     if (status.ok() && changes) status = plane_.CheckRecovered();
     if (status.ok()) status = call();
@@ -100,6 +103,7 @@ class Answerer {
   telemetry::LogThrottle strangers_;
 
  private:
+  CallSlots slots_;
   struct Answered {
     const char* method;
     CallKind kind;
@@ -709,7 +713,7 @@ struct GrpcServer::Impl {
     DoorServer& opened =
         *doors.emplace_back(std::make_unique<DoorServer>(door, *plane, *metrics, authority ? &*authority : nullptr));
     grpc::ServerBuilder builder;
-    SetServerLimits(builder);
+    SetServerLimits(builder, door);
     builder.AddListeningPort(address, credentials, &port);
     for (grpc::Service* service : std::initializer_list<grpc::Service*>{
              &opened.access, &opened.hosts, &opened.instances, &opened.sessions, &opened.agents}) {

@@ -1,0 +1,75 @@
+#include "control_plane/door_limits.h"
+
+#include <limits>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/control_settings.h"
+
+namespace tessera::control {
+namespace {
+
+template <class Duration>
+int MillisecondsOf(Duration duration) {
+  return static_cast<int>(std::chrono::milliseconds(duration).count());
+}
+
+bool IsImport(std::string_view method) { return method == "InstanceService/ImportCheckpoint"; }
+
+// Without the port, which is another for each connection.
+std::string AddressOf(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
+
+}  // namespace
+
+void SetDoorLimits(grpc::ServerBuilder& builder, Door door) {
+  builder.SetMaxReceiveMessageSize(door == Door::kPlayers ? kPlayersMessageBytes : kMaxMessageBytes);
+  builder.SetMaxSendMessageSize(kMaxMessageBytes);
+  if (door == Door::kSocket) return;
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, MillisecondsOf(kHandshakePatience));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, MillisecondsOf(kConnectionIdle));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS,
+                             door == Door::kPlayers ? kPlayersStreams : kOperatorsStreams);
+  grpc::ResourceQuota quota(door == Door::kPlayers ? "players" : "operators");
+  quota.Resize(door == Door::kPlayers ? kPlayersMemoryBytes : kOperatorsMemoryBytes);
+  if (door == Door::kPlayers) {
+    quota.SetMaxThreads(kPlayersThreads);
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, MillisecondsOf(kPlayersConnectionAge));
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, MillisecondsOf(kPlayersConnectionGrace));
+  }
+  builder.SetResourceQuota(quota);
+}
+
+std::unique_ptr<CallSlots::Slot> CallSlots::Take(const Caller& caller, const std::string& peer,
+                                                 std::string_view method) {
+  std::string key;  // the socket's: never looked up
+  int most = std::numeric_limits<int>::max();
+  if (caller.door != Door::kSocket) {
+    const bool has_name = caller.door == Door::kOperators && (!caller.token.empty() || !caller.host_id.empty());
+    key = has_name ? caller.Name() : AddressOf(peer);
+    most = has_name ? kCallsOfACaller : kCallsOfAnAddress;
+    if (IsImport(method)) {
+      key += " imports";
+      most = kImportsOfACaller;
+    }
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    int& calls = calls_[key];
+    if (calls >= most) return nullptr;
+    ++calls;
+  }
+  return std::make_unique<Slot>(*this, std::move(key));
+}
+
+std::size_t CallSlots::callers() const {
+  const std::lock_guard lock(mutex_);
+  return calls_.size();
+}
+
+void CallSlots::GiveBack(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  const auto found = calls_.find(key);
+  if (--found->second == 0) calls_.erase(found);
+}
+
+}  // namespace tessera::control

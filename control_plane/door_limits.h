@@ -1,0 +1,74 @@
+// Limits of the control plane's doors: what a connection, a message and a caller may cost, before and after proof.
+//
+//   SetDoorLimits(builder, Door::kPlayers);
+//   const auto slot = slots.Take(caller, context.peer(), method);  // held for as long as the call is under way
+//   if (!slot) return absl::ResourceExhaustedError(...);
+//
+// Thread rule: any thread.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "control_plane/access.h"
+
+namespace tessera::control {
+
+// A connection that has not finished its TLS handshake holds a file; an honest one takes two round trips, on a machine
+// that has no time left some seconds.
+inline constexpr std::chrono::seconds kHandshakePatience{10};
+// A connection without a call is closed; clients dial again without anybody noticing. Agents always have a call.
+inline constexpr std::chrono::seconds kConnectionIdle{60};
+// Players' connections end after that long, and calls under way after the grace: none of theirs takes minutes.
+inline constexpr std::chrono::minutes kPlayersConnectionAge{10};
+inline constexpr std::chrono::seconds kPlayersConnectionGrace{60};
+// Calls that one connection may have open; further ones wait at the client.
+inline constexpr int kPlayersStreams = 100, kOperatorsStreams = 1000;
+// Players' requests are a name and a ticket. A longer message is refused by its announced length, before it is read.
+inline constexpr int kPlayersMessageBytes = 64 * 1024;
+// Memory that gRPC may hold for all connections of a door; beyond it closes some. Operators send scenes and states.
+inline constexpr std::size_t kPlayersMemoryBytes = std::size_t{64} << 20, kOperatorsMemoryBytes = std::size_t{1} << 30;
+// Threads of the players' door; each call under way takes one.
+inline constexpr int kPlayersThreads = 256;
+
+// Calls of one service under way at once: of a token or a host, of one address at the players' door. Dashboards and
+// gateways share a token. Imports keep up to 512 MB each.
+inline constexpr int kCallsOfACaller = 256, kCallsOfAnAddress = 64, kImportsOfACaller = 2;
+
+void SetDoorLimits(grpc::ServerBuilder& builder, Door door);
+
+// Counts calls under way by caller; remembers nobody who has none.
+class CallSlots {
+ public:
+  class Slot {
+   public:
+    Slot(CallSlots& slots, std::string key) : slots_(slots), key_(std::move(key)) {}
+    ~Slot() { slots_.GiveBack(key_); }
+    Slot(const Slot&) = delete;
+    Slot& operator=(const Slot&) = delete;
+
+   private:
+    CallSlots& slots_;
+    const std::string key_;
+  };
+
+  // Null: the caller has as many calls under way as it may. The socket's callers are this machine's user: no limit.
+  // `peer` is gRPC's: "ipv4:192.0.2.7:5000".
+  std::unique_ptr<Slot> Take(const Caller& caller, const std::string& peer, std::string_view method);
+  std::size_t callers() const;
+
+ private:
+  void GiveBack(const std::string& key);
+
+  mutable std::mutex mutex_;
+  std::map<std::string, int> calls_;
+};
+
+}  // namespace tessera::control

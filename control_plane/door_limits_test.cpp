@@ -1,0 +1,143 @@
+// Strangers at the doors of a real control plane.
+#include "control_plane/door_limits.h"
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sodium.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "control_plane/grpc_server.h"
+#include "control_plane/memory_store.h"
+#include "host/socket_address.h"
+#include "host/temporary_folder.h"
+#include "tessera/v1/agent_link.grpc.pb.h"
+#include "tessera/v1/host.grpc.pb.h"
+#include "tessera/v1/instance.grpc.pb.h"
+#include "tessera/v1/session.grpc.pb.h"
+#include "trust/dial.h"
+
+namespace tessera::control {
+namespace {
+
+using ::testing::HasSubstr;
+
+Caller At(Door door, const std::string& token = "") {
+  return {.door = door, .role = {}, .token = token, .instances = {}, .host_id = {}};
+}
+
+TEST(CallSlotsTest, CountsByTokenAndByAddressAndForgetsWhoHasNone) {
+  CallSlots slots;
+  std::vector<std::unique_ptr<CallSlots::Slot>> held;
+  for (int i = 0; i < kCallsOfAnAddress; ++i) {
+    held.push_back(slots.Take(At(Door::kPlayers), "ipv4:192.0.2.7:" + std::to_string(5000 + i), "S/Join"));
+    ASSERT_NE(held.back(), nullptr);
+  }
+  EXPECT_EQ(slots.Take(At(Door::kPlayers), "ipv4:192.0.2.7:9", "S/Join"), nullptr);
+  EXPECT_NE(slots.Take(At(Door::kPlayers), "ipv4:192.0.2.8:9", "S/Join"), nullptr);
+  EXPECT_NE(slots.Take(At(Door::kOperators, "ada"), "ipv4:192.0.2.7:9", "S/Get"), nullptr);
+  EXPECT_NE(slots.Take(At(Door::kSocket), "unix:", "S/Get"), nullptr);
+  EXPECT_EQ(slots.callers(), 1u);
+  held.pop_back();
+  EXPECT_NE(slots.Take(At(Door::kPlayers), "ipv4:192.0.2.7:9", "S/Join"), nullptr);
+  held.clear();
+  EXPECT_EQ(slots.callers(), 0u);
+}
+
+TEST(CallSlotsTest, ImportsOfOneCallerAreFew) {
+  CallSlots slots;
+  const auto import = [&](const char* token) {
+    return slots.Take(At(Door::kOperators, token), "ipv4:192.0.2.7:9", "InstanceService/ImportCheckpoint");
+  };
+  const auto first = import("ada"), second = import("ada");
+  ASSERT_NE(second, nullptr);
+  EXPECT_EQ(import("ada"), nullptr);
+  EXPECT_NE(import("bob"), nullptr);
+  EXPECT_NE(slots.Take(At(Door::kOperators, "ada"), "ipv4:192.0.2.7:9", "S/Get"), nullptr);
+}
+
+class DoorLimitsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_GE(sodium_init(), 0);
+    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                  std::chrono::system_clock::now().time_since_epoch()};
+    auto cluster = Cluster::Load(store_, {}, SystemRandomBytes, now);
+    ASSERT_TRUE(cluster.ok()) << cluster.status();
+    plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster));
+    auto authority = OpenAuthority(store_, folder_.path() + "/seal.key", SystemRandomBytes);
+    ASSERT_TRUE(authority.ok()) << authority.status();
+    fingerprint_ = authority->fingerprint;
+    const GrpcDoors doors{
+        .socket = folder_.path() + "/control.sock", .operators = "127.0.0.1:0", .players = "127.0.0.1:0"};
+    auto server = GrpcServer::Start(doors, *std::move(authority), *plane_, metrics_);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+  void TearDown() override {
+    plane_->Stop();
+    server_.reset();
+    plane_.reset();
+  }
+  std::shared_ptr<grpc::Channel> Dialled(const std::string& address) {
+    const auto channel = trust::Dial(address, {}, {});
+    EXPECT_TRUE(channel.ok()) << channel.status();
+    return *channel;
+  }
+  std::shared_ptr<grpc::Channel> Players() { return Dialled(server_->players() + "#" + fingerprint_); }
+
+  const host::TemporaryFolder folder_;
+  MemoryStore store_;
+  ControlMetrics metrics_;
+  std::string fingerprint_;
+  std::unique_ptr<ControlPlane> plane_;
+  std::unique_ptr<GrpcServer> server_;
+};
+
+int Connect(const std::string& address) {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(host::ParseSocketAddress(address, host::PortRule::kFrom1)->port);
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  EXPECT_EQ(connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+  return fd;
+}
+
+TEST_F(DoorLimitsTest, AConnectionThatSaysNothingIsClosed) {
+  constexpr int kPatience_ms = 60'000;  // gRPC's own limit is 120 s
+  const std::array<int, 2> silent = {Connect(server_->operators()), Connect(server_->players())};
+  for (const int fd : silent) {
+    pollfd readable{.fd = fd, .events = POLLIN, .revents = 0};
+    char byte = 0;
+    EXPECT_EQ(poll(&readable, 1, kPatience_ms), 1);
+    EXPECT_LE(recv(fd, &byte, 1, MSG_DONTWAIT), 0);
+    close(fd);
+  }
+}
+
+TEST_F(DoorLimitsTest, ALongMessageOfAPlayerIsRefusedByItsLength) {
+  v1::JoinInstanceRequest request;
+  v1::JoinInstanceResponse response;
+  const auto join = [&] {
+    grpc::ClientContext context;
+    return v1::SessionService::NewStub(Players())->JoinInstance(&context, request, &response);
+  };
+  request.set_instance_id(std::string(kPlayersMessageBytes + 1, 'x'));
+  const grpc::Status refused = join();
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.error_message(), HasSubstr("larger than max"));
+  request.set_instance_id("inst-1");
+  EXPECT_EQ(join().error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+}  // namespace
+}  // namespace tessera::control
