@@ -1,28 +1,27 @@
-// Pictures of the page: node build/bundles-unit/shots.mjs FOLDER
+// A picture of the page with a real world, for the README: node build/bundles-cluster/shots.mjs FILE [BIN]
 
 import { launch, open } from './browser.ts';
-import { FakeGateway } from './fake_gateway.ts';
+import { LocalCluster } from './local_cluster.ts';
 
-const folder = process.argv[2] ?? '.';
-const gateway = new FakeGateway({ page: 'dist', bodies: 1500, frame_ms: 50 });
-const address = await gateway.listen();
-for (let tick = 0; tick < 400; ++tick) gateway.world.step();
+const WAIT_S = 120;
+const SAMPLES = 30; // of the charts, one a second
+
+const [file = 'page.png', bin = '../build/dev/bin'] = process.argv.slice(2);
+const cluster = await LocalCluster.start(bin);
+await cluster.tessera('instance', 'create', '--scene', 'plaza', '--bodies', '800', '--regions', '4', '--wait');
+const swarm = cluster.tessera('swarm', 'inst-1', '--players', '12', '--seconds', String(WAIT_S)).catch(() => '');
 const browser = await launch();
-for (const dark of [true, false]) {
-  const { page } = await open(browser, `${address}/#plaza-1`, { dark });
-  await page.waitForFunction('window.tessera && tessera.counts.frames > 5', undefined, { timeout: 60000 });
-  await page.evaluate('document.querySelector("#tools button[title^=Draw]").click()');
-  const slot = 'tessera.session.bodies.findName("crate-1000010")';
-  await page.waitForFunction('tessera.session.room.samples.length > 1', undefined, { timeout: 60000 });
-  if (dark) {
-    await page.screenshot({ path: `${folder}/all.png` });
-    gateway.kill(1);
-    await page.waitForFunction('tessera.counts.dead.length > 0', undefined, { timeout: 60000 });
-  }
-  if (!dark) await page.evaluate(`tessera.page.select(${slot}); tessera.view.rig.set([50, 14, -6], [33, 2, -27])`);
-  await page.evaluate('new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))');
-  await page.screenshot({ path: `${folder}/${dark ? 'dark' : 'light'}.png` });
-  await page.context().close();
+const { page } = await open(browser, cluster.page);
+await page.locator('a.card', { hasText: 'inst-1' }).click();
+const end = performance.now() + 1000 * WAIT_S;
+while (!(await page.evaluate(`window.tessera && tessera.session.room.samples.length > ${SAMPLES} && tessera.session.room.status.unprotected.length === 0`))) {
+  if (performance.now() > end) throw new Error('the world did not run long enough');
+  await page.evaluate('new Promise((done) => requestAnimationFrame(done))');
 }
+// Nearer than the page's own overview, which leaves room around.
+await page.evaluate('(({ rig }) => rig.set(rig.camera.position.clone().lerp(rig.controls.target, 0.3).toArray(), rig.controls.target.toArray()))(tessera.view)');
+await page.evaluate('new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))');
+await page.screenshot({ path: file });
 await browser.close();
-await gateway.close();
+await cluster.stop();
+await swarm;
