@@ -7,7 +7,9 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/game/blast_calls.h"
 #include "core/game/clock_calls.h"
+#include "core/game/control_calls.h"
 #include "core/game/joint_calls.h"
 #include "core/game/message_calls.h"
 #include "core/game/motion_calls.h"
@@ -290,6 +292,8 @@ absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Func
     case kWorldSweep:
     case kWorldOverlap:
       return CallQuery(call, function, arguments);
+    case kWorldExplode:
+      return CallExplode(call, function, arguments);
     case kWorldTime:
     case kWorldCount:
       return CallClock(call, function, arguments);
@@ -347,6 +351,8 @@ absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function&
       if (number < 1 || static_cast<std::uint64_t>(number) > members) return tessera_game_value{};
       return Of(GameValue(WithMember(id, static_cast<std::size_t>(number) - 1)));
     }
+    case kBodyController:
+      return ControllerOf(call, function, id);
     case kBodyGet: {
       return GetProperty(call, scene.properties, def.properties, world.PropertiesOf(id), TextOf(arguments[0]));
     }
@@ -559,6 +565,7 @@ constexpr tessera_game_host kHost{sizeof(tessera_game_host), Call, Error, Charge
 const tessera_game_host& GameFunctions() { return kHost; }
 
 absl::Status CarryOut(tessera_game_call& call, BodyId target, const Message& message) {
+  if (message.verb == kPlayerControl) return CarryOutControl(call, target, message);
   if (message.verb == kBodyConnect) return CarryOutConnect(call, target, message);
   const absl::StatusOr<VerbArguments> verb = VerbArgumentsFrom(target, message);
   return verb.ok() ? CallFunction(call, message.verb, verb->values).status() : verb.status();

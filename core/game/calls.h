@@ -11,6 +11,17 @@
 #include "core/game/value.h"
 #include "game_sdk/include/tessera/game.h"
 
+namespace tessera::game {
+
+// A player moves another body from now on; body 0: none, for the reason.
+struct ControlNews {
+  PlayerNumber player;
+  BodyId body;
+  std::string reason;
+};
+
+}  // namespace tessera::game
+
 // One call of a module; the interface passes pointers to it.
 struct tessera_game_call {
   tessera_game_call(tessera::game::Transaction& changes, tessera::Tick now, tessera::BodyId about,
@@ -33,6 +44,7 @@ struct tessera_game_call {
   std::string text;
   std::vector<tessera_game_value> values;
   std::vector<tessera_game_field> fields;
+  std::vector<tessera::game::ControlNews> control_news;  // of a message that was carried out
 };
 
 namespace tessera::game {

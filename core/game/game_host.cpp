@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/game/calls.h"
+#include "core/game/control_calls.h"
 #include "core/game/joint_calls.h"
 #include "core/game/query_calls.h"
 #include "core/game/question.h"
@@ -157,6 +158,7 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
   }
   if (number_ > 0 && migrates_) RunMigrations(world);
   SettleAllJoints(world);
+  SettleAllControl(world);
   Call(world, kOnTick, BodyId(), 0, {});
   RunJoins(players.joined, world);
   RunCommands(world);
@@ -175,6 +177,27 @@ void GameHost::SettleAllJoints(GameWorld& world) {
     SettleJoints(transaction, id, tick_);
     transaction.Commit();
     for (const std::string& line : transaction.lines()) Say({tick_, id, true, line});
+  }
+}
+
+void GameHost::SettleAllControl(GameWorld& world) {
+  for (const BodyId id : world.Steering()) {
+    if (!MustSettleControl(world, id, tick_)) continue;
+    Transaction transaction = Begin(world);
+    const std::vector<ControlNews> news = SettleControl(transaction, id, tick_);
+    transaction.Commit();
+    for (const std::string& line : transaction.lines()) Say({tick_, id, true, line});
+    TellOfControl(news, world);
+  }
+}
+
+// What is told has happened, whether the callback fails or not.
+void GameHost::TellOfControl(std::span<const ControlNews> news, GameWorld& world) {
+  for (const ControlNews& one : news) {
+    const std::array<tessera_game_value, 3> arguments{ToInterface(GameValue(one.player)),
+                                                      one.body == BodyId() ? tessera_game_value{} : BodyValue(one.body),
+                                                      TextValue(one.reason)};
+    Call(world, kOnControl, PlayerBodyId(one.player), 0, arguments);
   }
 }
 
@@ -235,6 +258,9 @@ void GameHost::RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world
     const BodyId id = PlayerBodyId(player);
     const tessera_game_value argument = ToInterface(GameValue(player));
     if (world.RecordOf(id).player->stage != PlayerStage::kRefused) Call(world, kOnLeave, id, 0, {&argument, 1});
+    Transaction transaction = Begin(world);
+    ReleaseControl(transaction, player);
+    transaction.Commit();
     world.Remove(id);
   }
 }
@@ -250,15 +276,24 @@ void GameHost::RunEvents(GameWorld& world) {
     if (begins && world.Find(event.other) == nullptr) continue;
     std::array<tessera_game_value, 3> arguments{BodyValue(event.self), BodyValue(event.other)};
     const std::size_t count = event.callback == kOnBodyContact ? 3 : 2;
-    std::array<tessera_game_field, 3> fields;
+    std::array<tessera_game_field, 4> fields;
+    const auto field = [](std::string_view name, const GameValue& value) {
+      return tessera_game_field{name.data(), name.size(), ToInterface(value)};
+    };
+    if (event.blown) {
+      fields = {field("at", event.blown->at), tessera_game_field{"by", 2, SenderValue(event.other)},
+                tessera_game_field{"name", 4, TextValue(event.blown->name)}, field("share", event.blown->share)};
+      arguments[1].type = TESSERA_GAME_FIELDS;
+      arguments[1].count = static_cast<std::uint32_t>(fields.size());
+      arguments[1].as.fields = fields.data();
+    }
     if (event.contact) {
-      const auto field = [](std::string_view name, const GameValue& value) {
-        return tessera_game_field{name.data(), name.size(), ToInterface(value)};
-      };
-      fields = {field("impulse", event.contact->impulse), field("normal", event.contact->normal),
-                field("point", event.contact->point)};
+      fields = {field("impulse", event.contact->impulse),
+                field("normal", event.contact->normal),
+                field("point", event.contact->point),
+                {}};
       arguments[2].type = TESSERA_GAME_FIELDS;
-      arguments[2].count = static_cast<std::uint32_t>(fields.size());
+      arguments[2].count = 3;
       arguments[2].as.fields = fields.data();
     }
     Call(world, event.callback, event.self, def->kind, std::span(arguments).first(count));
@@ -348,7 +383,8 @@ void GameHost::RunVerb(BodyId target, const HeldMessage& message, GameWorld& wor
   ++statistics_.instructions;
   if (status.ok()) {
     transaction.Commit();
-    return;
+    for (const std::string& line : transaction.lines()) Say({tick_, target, true, line});
+    return TellOfControl(call.control_news, world);
   }
   Transaction nothing = Begin(world);
   nothing.Own(target)->record.mail.Applied(message.sender, message.number, tick_);

@@ -8,7 +8,8 @@
 // Pure: no file, socket or clock. The game's own state is nothing that counts: Renew() loads it again between any two
 // ticks and the results stay the same; what counts is in properties and records, which the region carries along.
 //
-// Order of a tick: on_migrate of bodies that an older game left, by id; on_tick of the world; on_join, on_command and
+// Order of a tick: on_migrate of bodies that an older game left, by id; on_control of what ended, or came together, by
+// body; on_tick of the world; on_join, on_command and
 // on_leave of players, by their numbers; contacts and overlaps of the step, as they are given; messages, by when they
 // are due and by their senders; answers, by their askers; by body, that it expires, or its timers that are due, by when
 // and in which order they were set; on_tick of bodies, by id. Work is counted in instructions. Where a tick's are used
@@ -37,8 +38,10 @@
 
 namespace tessera::game {
 
-// Two bodies that began or ended to touch or to overlap: `callback` is one of kOnBodyContact to kOnBodyLeft, called for
-// `self`.
+struct ControlNews;  // calls.h
+
+// Two bodies that began or ended to touch or to overlap, or one that an area effect has pushed: `callback` is one of
+// kOnBodyContact to kOnBodyLeft, or kOnBodyBlast, called for `self`.
 struct GameEvent {
   // The place where two bodies met.
   struct Contact {
@@ -49,6 +52,13 @@ struct GameEvent {
   std::uint32_t callback = 0;
   BodyId self, other;
   std::optional<Contact> contact = std::nullopt;
+  // Of kOnBodyBlast: `other` is whom it is by, or 0.
+  struct Blown {
+    Vec3d at;
+    double share = 0;
+    std::string name;
+  };
+  std::optional<Blown> blown = std::nullopt;
 };
 
 // Players who came and who go in this tick, each ascending. Their bodies are owned here.
@@ -143,6 +153,8 @@ class GameHost {
 
   void RunMigrations(GameWorld& world);
   void SettleAllJoints(GameWorld& world);
+  void SettleAllControl(GameWorld& world);
+  void TellOfControl(std::span<const ControlNews> news, GameWorld& world);
   void RunJoins(std::span<const PlayerNumber> joined, GameWorld& world);
   void RunCommands(GameWorld& world);
   void RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/functional/function_ref.h"
+#include "core/game/blast.h"
 #include "core/game/record.h"
 #include "core/world/player_input.h"
 #include "core/world/properties.h"
@@ -66,6 +67,10 @@ class GameWorld {
   virtual std::optional<JointId> NextJoint() = 0;
   // Owned bodies whose records have joints, ascending.
   virtual std::vector<BodyId> Jointed() const = 0;
+  // Owned bodies that a player who is not theirs moves, or is to move, and owned bodies of such players; ascending.
+  virtual std::vector<BodyId> Steering() const = 0;
+  // Area effects that the region keeps.
+  virtual std::size_t BlastCount() const = 0;
   // The body and all that joints in force connect to it, ascending.
   virtual std::vector<BodyId> AssemblyOf(BodyId id) const = 0;
   // Whether a joint in force, or one of the scene, connects the two.
@@ -80,6 +85,8 @@ class GameWorld {
   virtual void Spawn(BodyId id, const BodyState& state) = 0;
   // The region owns the body, which is a player's: it is there from now on, instead of where the last step left it.
   virtual void Place(BodyId id, const BodyState& state) = 0;
+  // An area effect, whose tick is to come.
+  virtual void Explode(Blast blast) = 0;
   // The region owns the body. A player's goes only when the player leaves. Its messages still leave.
   virtual void Remove(BodyId id) = 0;
 };

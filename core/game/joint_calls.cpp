@@ -226,7 +226,9 @@ std::string WhyNotTogether(const GameWorld& world, BodyId a, BodyId b) {
   if (bodies.size() > kMaxJointedBodies) {
     return absl::StrCat(bodies.size(), " bodies would hang together, at most ", kMaxJointedBodies);
   }
-  const auto players = std::ranges::count_if(bodies, [](BodyId id) { return IsPlayerBody(id); });
+  const auto players = std::ranges::count_if(bodies, [&](BodyId id) {
+    return IsPlayerBody(id) || (world.Owns(id) && world.RecordOf(id).driver != PlayerNumber());
+  });
   return players > 1 ? "two players would hang together" : "";
 }
 

@@ -17,8 +17,9 @@ namespace {
 using MessageArguments = std::span<const tessera_game_value>;
 
 // In the message of a verb: the ticks of `after`, whose other fields are the timer's values; and the arguments of any
-// other verb, by their places. No field of a game has a name that comes before these.
-constexpr char kTicksField[] = "\x01";
+// other verb, by their places, or as bytes where there are rotations or tables among them. No field of a game has a
+// name that comes before these.
+constexpr char kTicksField[] = "\x01", kArgumentsField[] = "\x02";
 
 absl::string_view Shown(std::string_view text) { return {text.data(), text.size()}; }
 
@@ -83,12 +84,122 @@ absl::Status WriteAfter(const tessera_game_call& call, const Function& function,
   return PutFields(function, fields, kMaxMessageBytes, message);
 }
 
+// A value of any type but a list; a table holds no tables. False: it cannot be written.
+bool Pack(ByteWriter& out, const tessera_game_value& value, bool within = false) {
+  out.U8(static_cast<std::uint8_t>(value.type));
+  switch (value.type) {
+    case TESSERA_GAME_NOTHING:
+      return true;
+    case TESSERA_GAME_FLAG:
+    case TESSERA_GAME_WHOLE:
+      out.U64(static_cast<std::uint64_t>(value.as.whole));
+      return true;
+    case TESSERA_GAME_REAL:
+      out.F64(value.as.real);
+      return true;
+    case TESSERA_GAME_TEXT:
+      out.Block(std::string_view(value.as.text, value.count));
+      return true;
+    case TESSERA_GAME_VECTOR:
+      out.V(Vec3d{value.as.vector[0], value.as.vector[1], value.as.vector[2]});
+      return true;
+    case TESSERA_GAME_ROTATION:
+      out.Q(Quatd{value.as.rotation[0], value.as.rotation[1], value.as.rotation[2], value.as.rotation[3]});
+      return true;
+    case TESSERA_GAME_BODY:
+    case TESSERA_GAME_PLAYER:
+      out.Varint(value.as.id);
+      return true;
+    case TESSERA_GAME_FIELDS:
+      out.Varint(value.count);
+      return !within &&
+             std::ranges::all_of(std::span(value.as.fields, value.count), [&](const tessera_game_field& field) {
+               out.Block(std::string_view(field.name, field.name_bytes));
+               return Pack(out, field.value, true);
+             });
+    default:
+      return false;
+  }
+}
+
+// Leaves a failed reader where the bytes are not those that Pack writes.
+void Unpack(ByteReader& in, VerbArguments& verb, tessera_game_value& value, bool within = false) {
+  const auto text = [&]() -> std::string& {
+    const auto bytes = in.Block(kMaxMessageBytes);
+    return verb.texts.emplace_back(bytes.begin(), bytes.end());
+  };
+  value.type = in.U8();
+  switch (value.type) {
+    case TESSERA_GAME_NOTHING:
+      return;
+    case TESSERA_GAME_FLAG:
+    case TESSERA_GAME_WHOLE:
+      value.as.whole = static_cast<std::int64_t>(in.U64());
+      return;
+    case TESSERA_GAME_REAL:
+      value.as.real = in.F64();
+      return;
+    case TESSERA_GAME_TEXT: {
+      const std::string& kept = text();
+      value.count = static_cast<std::uint32_t>(kept.size());
+      value.as.text = kept.data();
+      return;
+    }
+    case TESSERA_GAME_VECTOR: {
+      const Vec3d v = in.V3d();
+      value.as.vector[0] = v.x, value.as.vector[1] = v.y, value.as.vector[2] = v.z;
+      return;
+    }
+    case TESSERA_GAME_ROTATION: {
+      const Quatd q = in.Q();
+      value.as.rotation[0] = q.x, value.as.rotation[1] = q.y, value.as.rotation[2] = q.z, value.as.rotation[3] = q.w;
+      return;
+    }
+    case TESSERA_GAME_BODY:
+    case TESSERA_GAME_PLAYER:
+      value.as.id = in.Varint();
+      return;
+    case TESSERA_GAME_FIELDS: {
+      if (within) return in.Fail("a table in a table");
+      std::vector<tessera_game_field>& fields = verb.tables.emplace_back(in.Count(2));
+      for (tessera_game_field& field : fields) {
+        const std::string& name = text();
+        field.name = name.data();
+        field.name_bytes = name.size();
+        Unpack(in, verb, field.value, true);
+      }
+      value.count = static_cast<std::uint32_t>(fields.size());
+      value.as.fields = fields.data();
+      return;
+    }
+    default:
+      in.Fail("an argument of an unknown type");
+  }
+}
+
+absl::Status PackArguments(const Function& function, MessageArguments arguments, Message& message) {
+  ByteWriter out;
+  for (const tessera_game_value& argument : arguments) {
+    if (!Pack(out, argument)) return MessageFault(function, "an argument cannot be sent");
+  }
+  const std::vector<std::uint8_t> bytes = out.Take();
+  return PutFields(function, {{kArgumentsField, std::string(bytes.begin(), bytes.end())}}, kMaxMessageBytes, message);
+}
+
+absl::Status UnpackArguments(const std::string& packed, VerbArguments& verb) {
+  const std::vector<std::uint8_t> bytes(packed.begin(), packed.end());
+  ByteReader in(bytes);
+  while (in.ok() && in.remaining() > 0) Unpack(in, verb, verb.values.emplace_back());
+  return in.ok() ? absl::OkStatus() : absl::InvalidArgumentError("arguments of a verb that are not sound");
+}
+
 absl::Status WriteArguments(const Function& function, MessageArguments arguments, Message& message) {
   GameFields fields;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
-    if (arguments[i].type == TESSERA_GAME_NOTHING) continue;
+    const bool last = i + 1 == arguments.size();
+    if (arguments[i].type == TESSERA_GAME_NOTHING && last) continue;
     std::optional<GameValue> kept = FromInterface(arguments[i]);
-    if (!kept) return MessageFault(function, "an argument cannot be sent");
+    if (!kept) return PackArguments(function, arguments, message);
     fields.emplace_back(std::string(1, static_cast<char>('1' + i)), *std::move(kept));
   }
   return PutFields(function, fields, kMaxMessageBytes, message);
@@ -118,6 +229,13 @@ absl::StatusOr<tessera_game_value> ChangeInstance(tessera_game_call& call, const
 
 absl::Status SendFrom(tessera_game_call& call, const Function& function, BodyId target, Message message) {
   return Send(call, function, target, std::move(message));
+}
+
+absl::Status SendAs(tessera_game_call& call, const Function& function, BodyId carrier, BodyId target, Message message) {
+  if (absl::Status status = CheckTarget(call, function, target); !status.ok()) return status;
+  message.speaker = carrier;
+  const absl::Status status = call.transaction.Send(carrier, target, call.tick, std::move(message));
+  return status.ok() ? status : absl::Status(status.code(), absl::StrCat(Shown(function.name), ": ", status.message()));
 }
 
 absl::StatusOr<tessera_game_value> CallSend(tessera_game_call& call, const Function& function, BodyId target,
@@ -171,6 +289,8 @@ bool IsVerb(std::uint32_t function) {
     case kBodyTeleport:
     case kBodyWake:
     case kBodySetGravity:
+    case kBodySetMaterial:
+    case kBodyMoveTo:
     case kBodyShowTo:
     case kBodyConnect:
     case kBodyDisconnect:
@@ -226,6 +346,13 @@ absl::StatusOr<VerbArguments> VerbArgumentsFrom(BodyId target, const Message& me
     values.count = static_cast<std::uint32_t>(verb.fields.size());
     values.as.fields = verb.fields.data();
     verb.values.push_back(values);
+    return verb;
+  }
+  if (verb.kept->size() == 1 && verb.kept->front().first == kArgumentsField) {
+    const auto* const packed = std::get_if<std::string>(&verb.kept->front().second);
+    const absl::Status status =
+        packed == nullptr ? absl::InvalidArgumentError("a verb without arguments") : UnpackArguments(*packed, verb);
+    if (!status.ok()) return status;
     return verb;
   }
   for (const auto& [place, value] : *verb.kept) {

@@ -5,8 +5,10 @@
 // none, it goes with the other one that the callback names; where the callback is one of the world, with the world's.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -26,6 +28,9 @@ absl::StatusOr<tessera_game_value> CallInstance(tessera_game_call& call, const F
 // Sends a message that goes with the record of whom the callback is about. The target moves.
 absl::Status SendFrom(tessera_game_call& call, const Function& function, BodyId target, Message message);
 
+// The same for a message that goes with the record of `carrier`, which the region owns, and is said by it.
+absl::Status SendAs(tessera_game_call& call, const Function& function, BodyId carrier, BodyId target, Message message);
+
 // Whether this function of bodies may be called for one of another region, to be carried out there.
 bool IsVerb(std::uint32_t function);
 // Sends it. The arguments, after the body, have the types of the table.
@@ -34,9 +39,11 @@ absl::StatusOr<tessera_game_value> SendVerb(tessera_game_call& call, const Funct
 
 // Holds what a verb was called with, the body first.
 struct VerbArguments {
-  std::vector<tessera_game_value> values;  // they point into the two below
+  std::vector<tessera_game_value> values;  // they point into what is below
   std::unique_ptr<GameFields> kept;
   std::vector<tessera_game_field> fields;
+  std::deque<std::string> texts;
+  std::deque<std::vector<tessera_game_field>> tables;
 };
 // INVALID_ARGUMENT: what came in the message is not what SendVerb wrote.
 absl::StatusOr<VerbArguments> VerbArgumentsFrom(BodyId target, const Message& message);

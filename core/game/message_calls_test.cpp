@@ -194,6 +194,55 @@ TEST_F(MessageCallsTest, AFunctionOfAnotherRegionsBodyIsSentThere) {
   EXPECT_THAT(Lines(), IsEmpty());
 }
 
+// Rotations, tables and what is left out before another argument go along, too.
+TEST_F(MessageCallsTest, FunctionsWithOptionsAreCarriedOutElsewhere) {
+  world.Add(3, kCrateKind, false);
+  world.Add(4, kCrateKind, false);
+  game.On(kOnBodyContact, "crate", [](GameCalls& calls, Arguments) {
+    const GameValue friction{0.5}, spin{Vec3d{0, 0, 2}};
+    const tessera_game_field material[] = {{"friction", 8, ToInterface(friction)}};
+    const tessera_game_field options[] = {{"spin", 4, ToInterface(spin)}};
+    tessera_game_value table{}, more{}, rotation{};
+    table.type = more.type = TESSERA_GAME_FIELDS;
+    table.count = more.count = 1;
+    table.as.fields = material;
+    more.as.fields = options;
+    rotation.type = TESSERA_GAME_ROTATION;
+    rotation.as.rotation[1] = 1;
+    const tessera_game_value at = ToInterface(GameValue(Vec3d{1, 2, 3}));
+    const tessera_game_value body = ToInterface(GameValue(BodyId(3))), other = ToInterface(GameValue(BodyId(4)));
+    const tessera_game_value set[] = {body, table};
+    const tessera_game_value put[] = {body, at, rotation, more};
+    const tessera_game_value move[] = {other, at, tessera_game_value{}, ToInterface(GameValue(std::int64_t{30}))};
+    return calls.CallRaw(kBodySetMaterial, set) && calls.CallRaw(kBodyTeleport, put) &&
+           calls.CallRaw(kBodyMoveTo, move);
+  });
+  Load();
+  Touch(10, 1, 2);
+  EXPECT_THAT(Lines(), IsEmpty());
+  const std::vector<SentMessage> sent = world.record(1).mail.outbox;
+  ASSERT_EQ(sent.size(), 3U);
+  // As the other bodies' region gets it.
+  FakeGameWorld other;
+  other.Add(3, kCrateKind);
+  other.Add(4, kCrateKind);
+  other.def(4).kinematic = true;
+  for (const SentMessage& message : sent) {
+    GameRecord record = other.record(message.target.value());
+    record.mail.Take({BodyId(1), message.number, message.after, message.made, Tick(14), 1, message.what}, Tick(13));
+    other.Commit(message.target, {}, record, false);
+  }
+  host->Run(Tick(14), {}, other);
+  EXPECT_THAT(Lines(), IsEmpty());
+  EXPECT_EQ(other.record(3).tuning.friction, 0.5F);
+  ASSERT_TRUE(other.record(3).teleport.has_value());
+  EXPECT_EQ(other.record(3).teleport->position, (Vec3d{1, 2, 3}));
+  EXPECT_EQ(other.record(3).teleport->rotation, (Quatd{0, 1, 0, 0}));
+  EXPECT_EQ(other.record(3).teleport->spin_rad_s, (Vec3f{0, 0, 2}));
+  ASSERT_TRUE(other.record(4).target.has_value());
+  EXPECT_EQ(other.record(4).target->arrives, Tick(44)) << "counted from where it is carried out";
+}
+
 TEST_F(MessageCallsTest, AFunctionThatFailsElsewhereIsALineThere) {
   Message message{BodyId(1), kBodyImpulse, {}, *EncodeFields({{"1", Vec3d{1e6, 0, 0}}})};
   GameRecord record;

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/game/control_calls.h"
 #include "core/game/player_record.h"
 #include "core/game/settings.h"
 #include "core/world/limits.h"
@@ -45,6 +46,7 @@ absl::Status End(tessera_game_call& call, const Function& function, PlayerNumber
     return Refusal(function, absl::StrCat("`reason` ", status.message()));
   }
   if (record.ended()) return absl::OkStatus();  // the first reason counts
+  ReleaseControl(call.transaction, player);
   record.stage = stage;
   record.reason = reason.empty() ? "sent away by the game" : std::string(reason);
   record.commands.clear();
@@ -172,6 +174,12 @@ absl::StatusOr<tessera_game_value> ChangePlayer(tessera_game_call& call, const F
             absl::StrCat(NameOf(function), ": player ", player.value(), " was sent away"));
       }
       if (function.number == kPlayerSend) return Send(function, player, arguments, record.player.Change());
+      if (function.number == kPlayerControl) return CallControl(call, function, player, arguments);
+      if (function.number == kPlayerSetLimits) return CallSetLimits(function, record.player.Change(), arguments);
+      if (function.number == kPlayerPlace && record.player->stage == PlayerStage::kDriving) {
+        return Refusal(function, "the player moves another body, and is where that is");
+      }
+      if (function.number != kPlayerPlace) ReleaseControl(call.transaction, player);
       status = Put(call, function, player, arguments, record);
       if (status.ok() && function.number == kPlayerSpectate) record.player.Change().stage = PlayerStage::kSpectating;
       if (status.ok() && function.number == kPlayerRespawn) record.player.Change().stage = PlayerStage::kPlaying;
@@ -199,6 +207,8 @@ absl::StatusOr<tessera_game_value> CallPlayer(tessera_game_call& call, const Fun
       result.as.text = call.text.data();
       return result;
     }
+    case kPlayerControlled:
+      return ControlledBy(call, player);
     case kPlayerInput:
       return InputFields(call, player);
     case kPlayerShownTime:

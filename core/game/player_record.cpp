@@ -65,12 +65,15 @@ void Write(ByteWriter& out, const PlayerRecord& record) {
     out.Block(std::string_view(event.name));
     out.Block(event.values);
   }
+  out.Varint(record.controls.value());
+  if (record.controls != BodyId()) out.Varint(record.controls_until.value());
+  Write(out, record.limits);
 }
 
 PlayerRecord ReadPlayerRecord(ByteReader& in) {
   PlayerRecord record;
   const std::uint8_t stage = in.U8();
-  if (stage > static_cast<std::uint8_t>(PlayerStage::kKicked)) in.Fail("unknown stage of a player");
+  if (stage > static_cast<std::uint8_t>(PlayerStage::kDriving)) in.Fail("unknown stage of a player");
   record.stage = in.ok() ? static_cast<PlayerStage>(stage) : PlayerStage::kPlaying;
   const auto text = [&in](std::size_t most) {
     const auto bytes = in.Block(most);
@@ -93,6 +96,9 @@ PlayerRecord ReadPlayerRecord(ByteReader& in) {
     const auto values = in.Block(kMaxFieldBytes);
     event.values.assign(values.begin(), values.end());
   }
+  record.controls = BodyId(in.Varint());
+  if (record.controls != BodyId()) record.controls_until = Tick(in.Varint());
+  record.limits = ReadPlayerLimits(in);
   return record;
 }
 
@@ -101,6 +107,12 @@ absl::Status CheckPlayerRecord(const PlayerRecord& record) {
     return PlayerFault(absl::StrCat("reason: ", reason.message()));
   }
   if (!record.ended() && !record.reason.empty()) return PlayerFault("reason: of one who plays");
+  if (IsPlayerBody(record.controls)) return PlayerFault("controls: a player's body");
+  if (record.stage == PlayerStage::kDriving && record.controls == BodyId()) return PlayerFault("controls: nothing");
+  if (record.ended() && record.controls != BodyId()) return PlayerFault("controls: of one who was sent away");
+  if (const char* wrong = WrongField(record.limits); wrong != nullptr) {
+    return PlayerFault(absl::StrCat("limits: ", wrong));
+  }
   if (record.commands.size() > std::min<std::size_t>(kMaxWaitingCommands, record.last_command)) {
     return PlayerFault("commands: more than there can be");
   }

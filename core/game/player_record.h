@@ -15,6 +15,8 @@
 
 #include "absl/status/status.h"
 #include "core/world/bytes.h"
+#include "core/world/ids.h"
+#include "core/world/player_limits.h"
 
 namespace tessera::game {
 
@@ -23,6 +25,7 @@ enum class PlayerStage : std::uint8_t {
   kSpectating,  // the body stands aside, where the player looks from; nobody sees it, and nothing touches it
   kRefused,     // on_join did not let the player in: as kSpectating until the player is gone
   kKicked,      // the same for one who was in
+  kDriving,     // the body stands aside, as kSpectating, where the body is that the player's inputs move
 };
 
 struct PlayerEvent {
@@ -50,9 +53,16 @@ struct PlayerRecord {
   std::vector<WaitingCommand> commands;  // taken, and not given to the game yet, in order
   std::uint32_t last_event = 0;
   std::vector<PlayerEvent> events;  // the newest ones, up to last_event, which the client may not have
+  // Another body, which the player's inputs move, or are to move; 0: none. Until `controls_until` the player waits for
+  // it; 0: its record is in the same region, and says the same.
+  BodyId controls;
+  Tick controls_until;
+  PlayerLimits limits;  // that the game set
 
   bool ended() const { return stage == PlayerStage::kRefused || stage == PlayerStage::kKicked; }
   bool hidden() const { return stage != PlayerStage::kPlaying; }
+  // The other body that the player's inputs move; 0: none.
+  BodyId driven() const { return stage == PlayerStage::kDriving && controls_until == Tick() ? controls : BodyId(); }
   std::uint32_t first_event() const { return last_event + 1 - static_cast<std::uint32_t>(events.size()); }
   std::size_t event_bytes() const;
   // Drops the events up to this number; one that was never made drops nothing.

@@ -13,35 +13,22 @@ namespace {
 
 auto Order(const GameTimer& timer) { return std::tuple(timer.due, timer.number); }
 
-enum : std::uint16_t {
-  kPushes = 1,
-  kWakes = 2,
-  kJumped = 4,
-  kForces = 8,
-  kTeleport = 16,
-  kTarget = 32,
-  kJumps = 64,
-  kTuning = 128,
-  kLaterGame = 256,
-  kHasMail = 512,
-  kRemoved = 1024,
-  kHasPlayer = 2048,
-  kHasPublished = 4096,
-  kHasJoints = 8192,
-  kQuestions = 16384,
-  kAllFlags = 32767,
-};
+constexpr std::uint32_t kPushes = 1, kWakes = 2, kJumped = 4, kForces = 8, kTeleport = 16, kTarget = 32, kJumps = 64,
+                        kTuning = 128, kLaterGame = 256, kHasMail = 512, kRemoved = 1024, kHasPlayer = 2048,
+                        kHasPublished = 4096, kHasJoints = 8192, kQuestions = 16384, kDriven = 32768, kBlasts = 65536,
+                        kAllFlags = 131071;
 enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // of a teleport
 
-std::uint16_t FlagsOf(const GameRecord& record) {
+std::uint32_t FlagsOf(const GameRecord& record) {
   const bool pushes = record.push_ns != Vec3f() || record.push_nms != Vec3f();
-  return static_cast<std::uint16_t>(
+  return static_cast<std::uint32_t>(
       (pushes ? kPushes : 0) | (record.wakes ? kWakes : 0) | (record.jumped ? kJumped : 0) |
       (record.last_force != 0 ? kForces : 0) | (record.teleport ? kTeleport : 0) | (record.target ? kTarget : 0) |
       (record.jumps != 0 ? kJumps : 0) | (record.tuning.empty() ? 0 : kTuning) | (record.game != 0 ? kLaterGame : 0) |
       (record.mail.empty() ? 0 : kHasMail) | (record.removed ? kRemoved : 0) |
       (record.player.empty() ? 0 : kHasPlayer) | (record.published.empty() ? 0 : kHasPublished) |
-      (record.joints.empty() ? 0 : kHasJoints) | (record.last_question != 0 ? kQuestions : 0));
+      (record.joints.empty() ? 0 : kHasJoints) | (record.last_question != 0 ? kQuestions : 0) |
+      (record.driver != PlayerNumber() ? kDriven : 0) | (record.blasts.empty() ? 0 : kBlasts));
 }
 
 void WriteTeleport(ByteWriter& out, const GameTeleport& teleport) {
@@ -119,7 +106,7 @@ void Write(ByteWriter& out, const GameRecord& record) {
     out.Block(timer.values);
   }
   out.Varint(record.expires.value());
-  const std::uint16_t flags = FlagsOf(record);
+  const std::uint32_t flags = FlagsOf(record);
   out.Varint(flags);
   if ((flags & kPushes) != 0) {
     out.V(record.push_ns);
@@ -152,6 +139,11 @@ void Write(ByteWriter& out, const GameRecord& record) {
     out.Varint(record.last_question);
     Write(out, record.questions);
   }
+  if ((flags & kDriven) != 0) {
+    out.Varint(record.driver.value());
+    out.Varint(record.driver_until.value());
+  }
+  if (!record.blasts.empty()) Write(out, record.blasts);
 }
 
 GameRecord ReadRecord(ByteReader& in) {
@@ -208,6 +200,11 @@ GameRecord ReadRecord(ByteReader& in) {
     record.last_question = in.Varint32();
     Read(in, record.questions);
   }
+  if ((flags & kDriven) != 0) {
+    record.driver = PlayerNumber(in.Varint32());
+    record.driver_until = Tick(in.Varint());
+  }
+  if ((flags & kBlasts) != 0) ReadBlastMarks(in, record.blasts);
   return record;
 }
 
@@ -240,10 +237,14 @@ absl::Status CheckRecord(const GameRecord& record) {
   if (!IsSane(record.tuning)) return absl::InvalidArgumentError("tuning: is not finite, or beyond limits");
   if (absl::Status status = CheckQuestions(record.questions, record.last_question); !status.ok()) return status;
   if (record.removed && (!record.timers.empty() || !record.questions.empty() || record.expires != Tick() ||
-                         record.acts() || !record.joints.empty())) {
+                         record.acts() || !record.joints.empty() || record.driver != PlayerNumber())) {
     return absl::InvalidArgumentError("timers: of a body that is gone");
   }
   if (absl::Status status = CheckJoints(record.joints); !status.ok()) return status;
+  if (record.driver == PlayerNumber() && record.driver_until != Tick()) {
+    return absl::InvalidArgumentError("driver: nobody is awaited");
+  }
+  if (absl::Status status = CheckBlastMarks(record.blasts); !status.ok()) return status;
   if (absl::Status status = CheckMail(record.mail); !status.ok()) return status;
   if (absl::Status status = CheckPublished(record.published); !status.ok()) return status;
   return CheckPlayerRecord(*record.player);

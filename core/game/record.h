@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/game/blast.h"
 #include "core/game/joint.h"
 #include "core/game/mail.h"
 #include "core/game/player_record.h"
@@ -76,6 +77,12 @@ struct GameRecord {
   std::uint8_t jumps = 0;  // how often it was put elsewhere; after 255 comes 0
   BodyTuning tuning;
   std::vector<GameJoint> joints;  // to bodies with higher ids, ascending by them
+  // Whose inputs move the body, which is no player's own; 0: nobody's. Until `driver_until` the player is awaited, and
+  // another one may have it from then on; 0: the player's record is in the same region, and says the same.
+  PlayerNumber driver;
+  Tick driver_until;
+  // Area effects that are settled for the body, and that the region which owns it may yet hear of; ascending by id.
+  std::vector<BlastMark> blasts;
 
   std::uint32_t last_question = 0;      // highest number that a question of the body ever had
   std::vector<GameQuestion> questions;  // ascending by number

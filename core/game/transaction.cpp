@@ -30,6 +30,11 @@ PropertySet Transaction::PropertiesOf(BodyId id) const {
   return found == changes_.end() ? world_.ChangedOf(id) : found->second.properties;
 }
 
+GameRecord Transaction::RecordOf(BodyId id) const {
+  const auto found = changes_.find(id);
+  return found == changes_.end() ? world_.RecordOf(id) : found->second.record;
+}
+
 Transaction::Changes* Transaction::Own(BodyId id) {
   if (const auto found = changes_.find(id); found != changes_.end()) return &found->second;
   if (!Owns(id)) return nullptr;
@@ -106,8 +111,18 @@ absl::Status Transaction::Send(BodyId carrier, BodyId target, Tick now, Message 
   return absl::OkStatus();
 }
 
+absl::Status Transaction::Explode(Blast blast) {
+  if (world_.BlastCount() + blasts_.size() >= kMaxBlasts) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the region keeps ", kMaxBlasts, " of the last ten seconds already"));
+  }
+  blasts_.push_back(std::move(blast));
+  return absl::OkStatus();
+}
+
 std::size_t Transaction::Commit() {
   found_ = {};
+  for (Blast& blast : std::exchange(blasts_, {})) world_.Explode(std::move(blast));
   if (changes_.empty() && removed_.empty() && made_.empty()) return 0;
   for (const auto& [id, made] : made_) world_.Spawn(id, made.state);
   for (const auto& [id, state] : placed_) world_.Place(id, state);

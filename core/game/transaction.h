@@ -49,6 +49,7 @@ class Transaction {
   bool Owns(BodyId id) const { return id == found_.id ? found_.owned : FindAnew(id).owned; }
   bool Removed(BodyId id) const { return removed_.contains(id); }  // by this call
   PropertySet PropertiesOf(BodyId id) const;
+  GameRecord RecordOf(BodyId id) const;  // the region owns the body
 
   // What the caller knows of a body of the world before anything changed, so that it is not looked up.
   void Know(BodyId id, const BodyDef& def, bool owned) { found_ = {id, &def, owned}; }
@@ -69,6 +70,8 @@ class Transaction {
   // Sends a message that goes with the record of `carrier`, which the region owns or has just removed. `target` is not
   // static. FAILED_PRECONDITION: the region does not own the carrier; RESOURCE_EXHAUSTED: too many messages.
   absl::Status Send(BodyId carrier, BodyId target, Tick now, Message what);
+  // RESOURCE_EXHAUSTED: the region keeps as many area effects as it may.
+  absl::Status Explode(Blast blast);
   void Log(std::string line) { lines_.push_back(std::move(line)); }
   const std::vector<std::string>& lines() const { return lines_; }
   // Adds to one of the game's own counters.
@@ -108,6 +111,7 @@ class Transaction {
   SpawnLimits limits_;                    // what is left of it
   std::size_t sent_ = 0;
   std::uint32_t game_;
+  std::vector<Blast> blasts_;
   std::vector<std::string> lines_;
   std::vector<std::pair<std::string, std::uint64_t>> counts_;
 };

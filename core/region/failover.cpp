@@ -31,6 +31,7 @@ KeptGrant CopyFrom(const RegionState& state, const StateBody& body, const PairRe
   copy.tick = state.tick;
   copy.state = body.state;
   copy.record = state.RecordOf(body.id);
+  MarkSettled(state.blasts, copy.record.game);
   if (IsPlayerBody(body.id)) copy.control = state.controls.at(PlayerOf(body.id));
   const auto reported_by = [&](const TouchingPair& pair) { return reports.ReporterOf(pair) == body.id; };
   std::ranges::copy_if(state.touching, std::back_inserter(copy.touching), reported_by);

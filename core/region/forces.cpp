@@ -3,14 +3,6 @@
 #include "core/region/fields.h"
 
 namespace tessera::region {
-namespace {
-
-const PlayerControl* ControlOf(BodyId id, const RegionPlayers& players) {
-  return IsPlayerBody(id) ? players.Find(PlayerOf(id)) : nullptr;
-}
-
-}  // namespace
-
 void BodyForces::StatesChanged() {
   for (FieldNote& note : fields_) note.known = false;
 }
@@ -31,7 +23,7 @@ std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Re
     Vec3d& acceleration = forces_[i].acceleration_m_s2;
     acceleration = scene_.gravity_m_s2 * body.gravity_scale;
     if (!scene_.fields.empty()) acceleration += FieldOn(i, body.state);
-    if (const PlayerControl* control = ControlOf(body.def->id, players); control != nullptr) {
+    if (const PlayerControl* control = players.MoverOf(body.def->id); control != nullptr) {
       acceleration += Vec3d(control->next.force_n) / body.def->mass_kg;
     }
   }
@@ -51,9 +43,10 @@ void BodyForces::Apply(const RegionPlayers& players, const RecordTable& records,
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];
     const BodyId id = body.def->id;
-    if (scene_.fields.empty() && !IsPlayerBody(id)) continue;
+    const PlayerControl* const control = players.MoverOf(id);
+    if (scene_.fields.empty() && control == nullptr) continue;
     Vec3f force, torque;
-    if (const PlayerControl* control = ControlOf(id, players); control != nullptr) {
+    if (control != nullptr) {
       force = control->next.force_n;
       torque = control->next.torque_nm;
     }

@@ -88,6 +88,9 @@ absl::Status CheckOneAssembly(const Grant& grant, const Catalog& catalog) {
       if (reached[i]) {
         for (const BodyId member : catalog.AssemblyOf(body.id)) reach(index_of(member));
       }
+      const game::GameRecord& game = body.record.game;
+      const BodyId rides = game.driver != PlayerNumber() ? PlayerBodyId(game.driver) : game.player->controls;
+      if (reached[i] && rides != BodyId()) reach(index_of(rides));
       for (const game::GameJoint& joint : body.record.game.joints) {
         const std::ptrdiff_t other = index_of(joint.other);
         if (other < 0) continue;

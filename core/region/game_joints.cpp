@@ -4,6 +4,22 @@
 #include <utility>
 
 namespace tessera::region {
+namespace {
+
+// Players on their way to bodies that a neighbour owns.
+void AddDrivers(const RecordTable& records, const Bodies& bodies, std::vector<Summons>& summoned) {
+  const std::size_t before = summoned.size();
+  for (const BodyId id : records.steering()) {
+    if (!IsPlayerBody(id) || bodies.IndexOf(id) < 0) continue;
+    const game::PlayerRecord& player = *records.Find(id)->game.player;
+    if (player.stage != game::PlayerStage::kDriving || player.controls_until == Tick()) continue;
+    const Ghost* other = bodies.FindGhost(player.controls);
+    if (other != nullptr && !other->just_granted) summoned.push_back({id, other->owner});
+  }
+  if (summoned.size() > before) std::ranges::stable_sort(summoned, {}, &Summons::body);
+}
+
+}  // namespace
 
 void ConnectGameJoints(const RecordTable& records, Bodies& bodies) {
   std::vector<JointDef> joints;
@@ -39,6 +55,7 @@ std::vector<Summons> FindSummoned(const RecordTable& records, const Bodies& bodi
       break;
     }
   }
+  AddDrivers(records, bodies, summoned);
   return summoned;
 }
 

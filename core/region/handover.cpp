@@ -40,11 +40,23 @@ std::optional<RegionId> CalledTo(std::span<const std::size_t> assembly, const Bo
   return std::nullopt;
 }
 
+// Adds the players who move one of the assembly.
+void AddRiders(const Bodies& bodies, std::span<const Driven> driven, std::vector<std::size_t>& assembly) {
+  const std::size_t before = assembly.size();
+  for (const Driven& one : driven) {
+    const std::ptrdiff_t index = bodies.IndexOf(one.body);
+    const auto end = assembly.begin() + static_cast<std::ptrdiff_t>(before);
+    if (index < 0 || std::find(assembly.begin(), end, static_cast<std::size_t>(index)) == end) continue;
+    assembly.push_back(static_cast<std::size_t>(bodies.IndexOf(one.own)));
+  }
+  std::ranges::sort(assembly);
+}
+
 }  // namespace
 
 std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborhood& neighborhood,
                                            const RegionSettings& settings, absl::FunctionRef<bool(RegionId)> may_grant,
-                                           std::span<const Summons> summoned) {
+                                           std::span<const Summons> summoned, std::span<const Driven> driven) {
   std::vector<PlannedHandover> plan;
   if (neighborhood.size() == 0) return plan;
   std::size_t planned = 0;
@@ -53,6 +65,7 @@ std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborh
     const OwnedBody& body = bodies.owned()[i];
     const bool jointed = bodies.AssemblyOf(body.def->id).size() > 1;
     if (jointed && bodies.OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
+    if (std::ranges::binary_search(driven, body.def->id, {}, &Driven::own)) continue;
     std::optional<RegionId> to = HandoverTarget(neighborhood.map(), neighborhood.self(), neighborhood.grantable(),
                                                 body.state.position, settings.hysteresis_m);
     if (!summoned.empty()) {
@@ -60,6 +73,7 @@ std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborh
     }
     if (!to.has_value() || !may_grant(*to)) continue;
     plan.push_back({*to, jointed ? bodies.OwnedAssembly(i) : std::vector{i}});
+    if (!driven.empty()) AddRiders(bodies, driven, plan.back().assembly);
     planned += plan.back().assembly.size();
   }
   for (std::size_t i = 0; i < bodies.bodiless().size() && planned < settings.max_grants_per_tick; ++i) {

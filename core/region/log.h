@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/region/kept_blast.h"
 #include "core/region/owned_body.h"
 #include "core/region/region_state.h"
 #include "core/region/step_result.h"
@@ -43,6 +44,7 @@ struct LogView {
   std::span<const KeptRecord> records = {};
   std::vector<BodyClaim> tombstones = {};    // ascending, all
   std::span<const OwnedBody> bodiless = {};  // ascending
+  std::span<const KeptBlast> blasts = {};    // ascending, all
 };
 
 // Owner's end: knows what it wrote last.

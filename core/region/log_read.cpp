@@ -128,6 +128,23 @@ class MessageReader {
     return absl::OkStatus();
   }
 
+  absl::Status ReadBlasts(std::vector<KeptBlast>& blasts) {
+    in_.Field("blasts");
+    std::uint64_t last = 0;
+    blasts.resize(in_.Count(game::kMinBlastBytes + 1));
+    for (KeptBlast& kept : blasts) {
+      game::ReadBlast(in_, kept.blast);
+      const std::uint8_t acted = in_.U8();
+      if (!in_.ok()) return Bad(in_.error());
+      if (acted > 1) return Bad("blasts: unknown flags");
+      kept.acted = acted != 0;
+      if (kept.blast.id <= last) return Bad("blasts: ids do not ascend");
+      last = kept.blast.id;
+      if (absl::Status status = game::CheckBlast(kept.blast); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status ReadAllRecords(std::map<BodyId, CarriedRecord>& records) {
     in_.Field("records");
     std::uint64_t last = 0;
@@ -197,6 +214,8 @@ struct Changes {
   std::map<BodyId, CarriedRecord> records;
   std::vector<BodyClaim> tombstones;
   std::vector<BodyId> forgotten;
+  bool blasts_changed = false;
+  std::vector<KeptBlast> blasts;
 };
 
 absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
@@ -230,6 +249,13 @@ absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionSta
   for (BodyId& id : changes.forgotten) {
     if (!in.Ascend(last)) return Bad("forgotten: ids do not ascend");
     id = BodyId(last);
+  }
+  in.Field("blasts");
+  const std::uint8_t blasts = in.U8();
+  if (blasts > 1) return Bad("blasts: unknown flags");
+  changes.blasts_changed = blasts != 0;
+  if (changes.blasts_changed) {
+    if (absl::Status status = reader.ReadBlasts(changes.blasts); !status.ok()) return status;
   }
   if (absl::Status status = Finished(in); !status.ok()) return status;
   // A body that is gone cannot have changed.
@@ -331,6 +357,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   if (absl::Status status = reader.ReadGrants(state.grants); !status.ok()) return status;
   if (absl::Status status = reader.ReadAllRecords(state.records); !status.ok()) return status;
   if (absl::Status status = reader.ReadTombstones(state.tombstones); !status.ok()) return status;
+  if (absl::Status status = reader.ReadBlasts(state.blasts); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
   if (absl::Status status = CheckRegionState(state, catalog); !status.ok()) return status;
   for (const PairChange& change : pairs) {
@@ -385,6 +412,7 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   for (const auto& key : changes.settled) state.grants.erase(key);
   for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
   ApplyTombstones(changes, state.tombstones);
+  if (changes.blasts_changed) state.blasts = std::move(changes.blasts);
   for (const BodyId id : changes.gone) state.records.erase(id);
   for (auto& [id, record] : changes.records) state.records.insert_or_assign(id, std::move(record));
   return absl::OkStatus();

@@ -115,6 +115,14 @@ void WriteTombstones(ByteWriter& out, const std::vector<BodyClaim>& now, const s
   WriteIds(out, forgotten);
 }
 
+void WriteBlasts(ByteWriter& out, std::span<const KeptBlast> blasts) {
+  out.Varint(blasts.size());
+  for (const KeptBlast& kept : blasts) {
+    game::Write(out, kept.blast);
+    out.U8(kept.acted ? 1 : 0);
+  }
+}
+
 // All that is owned, ascending.
 std::vector<const OwnedBody*> EntitiesOf(const LogView& view) {
   std::vector<const OwnedBody*> all;
@@ -166,6 +174,7 @@ Bytes EncodeState(const RegionState& state) {
     WriteRecord(out, record);
   }
   WriteClaims(out, state.tombstones);
+  WriteBlasts(out, state.blasts);
   return Sealed(out);
 }
 
@@ -185,6 +194,7 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
     last_.records[entry.body] = CarriedFrom(entry);
   }
   last_.tombstones = now.tombstones;
+  last_.blasts.assign(now.blasts.begin(), now.blasts.end());
   Bytes bytes = EncodeState(last_);
   last_.touching.clear();
   last_.records.clear();
@@ -246,6 +256,9 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
     WriteRecord(out, CarriedFrom(entry));
   }
   WriteTombstones(out, now.tombstones, last_.tombstones);
+  const bool blasts = !std::ranges::equal(now.blasts, last_.blasts);
+  out.U8(blasts ? 1 : 0);
+  if (blasts) WriteBlasts(out, now.blasts);
 
   last_.tick = now.tick;
   if (more || !gone.empty()) {
@@ -261,6 +274,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   last_.spawned = now.spawned;
   if (!(last_.grants.empty() && now.grants->empty())) last_.grants = *now.grants;
   last_.tombstones = now.tombstones;
+  if (blasts) last_.blasts.assign(now.blasts.begin(), now.blasts.end());
   return Sealed(out);
 }
 

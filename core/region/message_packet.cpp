@@ -1,6 +1,7 @@
 #include "core/region/message_packet.h"
 
 #include "absl/strings/str_cat.h"
+#include "core/game/blast.h"
 #include "core/game/question.h"
 #include "core/region/catalog.h"
 #include "core/region/frame_check.h"
@@ -17,7 +18,7 @@ absl::Status BadPacket(const MessagePacket& packet, absl::string_view what) {
 
 bool HasOrigin(PacketKind kind) {
   return kind == PacketKind::kMessage || kind == PacketKind::kInstance || kind == PacketKind::kQuestion ||
-         kind == PacketKind::kAnswer;
+         kind == PacketKind::kAnswer || kind == PacketKind::kBlast;
 }
 
 std::size_t MostBytes(PacketKind kind) {
@@ -62,7 +63,7 @@ void Read(ByteReader& in, std::vector<MessagePacket>& packets) {
     if (!in.ok()) return;
     const std::uint8_t kind = in.U8();
     if (kind < static_cast<std::uint8_t>(PacketKind::kMessage) ||
-        kind > static_cast<std::uint8_t>(PacketKind::kAnswer)) {
+        kind > static_cast<std::uint8_t>(PacketKind::kBlast)) {
       in.Fail("a packet of an unknown kind");
       return;
     }
@@ -99,6 +100,14 @@ absl::Status CheckPacket(const MessagePacket& packet, const Catalog& catalog) {
     const absl::Status status = packet.kind == PacketKind::kQuestion
                                     ? game::DecodeQuestion(packet.properties, catalog.scene()).status()
                                     : game::DecodeAnswer(packet.properties).status();
+    return status.ok() ? status : BadPacket(packet, status.message());
+  }
+  if (packet.kind == PacketKind::kBlast) {
+    ByteReader in(packet.properties);
+    game::Blast blast;
+    game::ReadBlast(in, blast);
+    if (!in.ok() || in.remaining() != 0 || blast.id != packet.number) return BadPacket(packet, "no blast");
+    const absl::Status status = game::CheckBlast(blast);
     return status.ok() ? status : BadPacket(packet, status.message());
   }
   if (packet.kind == PacketKind::kPlace) {

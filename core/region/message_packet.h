@@ -25,6 +25,7 @@ enum class PacketKind : std::uint8_t {
   kInstance = 5,      // properties of the world; the number is the epoch of its record
   kQuestion = 7,      // a query of `from`, for the region `via`; the number is the question's
   kAnswer = 8,        // of the region `origin`, for the region `via`
+  kBlast = 9,         // an area effect; the number is its own. It goes from neighbour to neighbour
   kPlace = 6,         // `origin` owns the record `from` now, under the epoch that is the number
 };
 
@@ -38,10 +39,10 @@ struct MessagePacket {
   // A message, properties, a question and its answer say when and in which region they were made.
   Tick made;
   RegionId made_in;
-  std::uint64_t after = 0;  // as in SentMessage
-  game::Message what;       // of a message
-  std::vector<std::uint8_t>
-      properties;  // of the world: PropertySet::Encode; of questions: EncodeQuestion, EncodeAnswer
+  std::uint64_t after = 0;               // as in SentMessage
+  game::Message what;                    // of a message
+  std::vector<std::uint8_t> properties;  // of the world: PropertySet::Encode; of questions: EncodeQuestion,
+                                         // EncodeAnswer; of a blast: game::Write
   friend bool operator==(const MessagePacket&, const MessagePacket&) = default;
 };
 

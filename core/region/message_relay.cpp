@@ -53,6 +53,7 @@ void MessageRelay::Receive(RegionId from, std::span<const MessagePacket> packets
   if (packets.empty()) return;
   routes_.Adopt(neighborhood_.map());
   for (const MessagePacket& packet : packets) {
+    if (packet.kind == PacketKind::kBlast) continue;  // blast_table.h
     if (!OutOfTime(packet, now)) Route(packet, from, now);
   }
 }
@@ -162,6 +163,7 @@ bool MessageRelay::TakeHere(const Packet& packet, Tick now) {
     case PacketKind::kPlace:
     case PacketKind::kQuestion:
     case PacketKind::kAnswer:
+    case PacketKind::kBlast:
       break;
   }
   EndIfDone(packet.to, now);

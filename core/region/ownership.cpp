@@ -29,6 +29,7 @@ void Ownership::Enter(const GrantedBody& body, const PlayerControl& control, boo
   }
   if (IsPlayerBody(body.id)) players_.Adopt(PlayerOf(body.id), control);
   records_.Adopt(body.id, body.record);
+  if (catalog_.has_game()) blasts_.Came(body.id);
   bodies_.Tune(body.id, body.record.game.tuning);
 }
 
@@ -125,20 +126,20 @@ PreparedGrant Ownership::Prepare(const PlannedHandover& planned, Tick tick) {
     record.id = id;
     record.epoch = epoch;
     record.state = body.state;
-    const PlayerControl* control = IsPlayerBody(id) ? players_.Find(PlayerOf(id)) : nullptr;
-    if (control != nullptr) {
-      record.force_n = control->next.force_n;
-      record.torque_nm = control->next.torque_nm;
-      grant.control = players_.MakeGrant(PlayerOf(id));
+    if (const PlayerControl* mover = players_.MoverOf(id); mover != nullptr) {
+      record.force_n = mover->next.force_n;
+      record.torque_nm = mover->next.torque_nm;
     }
+    if (IsPlayerBody(id)) grant.control = players_.MakeGrant(PlayerOf(id));
     CarriedRecord carried = records_.Of(id);
+    blasts_.Mark(carried.game);
     AddGame(carried.game, per_tick, record);
     std::vector<TouchingPair> touching = reports_.Pairs(id);
     grant.bodies.push_back({id, epoch, body.state, carried});
     grant.touching.insert(grant.touching.end(), touching.begin(), touching.end());
     prepared.departing.push_back({record, planned.to});
     prepared.copies.push_back({{id, epoch},
-                               {planned.to, tick, body.state, control == nullptr ? PlayerControl() : grant.control,
+                               {planned.to, tick, body.state, IsPlayerBody(id) ? grant.control : PlayerControl(),
                                 std::move(touching), std::move(carried)}});
   }
   return prepared;

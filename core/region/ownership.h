@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/region/blast_table.h"
 #include "core/region/bodies.h"
 #include "core/region/departing_body.h"
 #include "core/region/grants_out.h"
@@ -27,14 +28,15 @@ class Ownership {
  public:
   // All must outlive it.
   Ownership(const Catalog& catalog, Bodies& bodies, RegionPlayers& players, PairReports& reports, RecordTable& records,
-            OutputCommit& output, SharedProperties& shared)
+            OutputCommit& output, SharedProperties& shared, BlastTable& blasts)
       : catalog_(catalog),
         bodies_(bodies),
         players_(players),
         reports_(reports),
         records_(records),
         output_(output),
-        shared_(shared) {}
+        shared_(shared),
+        blasts_(blasts) {}
 
   // --- A body comes. Its touching pairs are adopted apart: a grant has them for a whole assembly.
   void Take(const GrantedBody& body, const PlayerControl& control);
@@ -89,6 +91,7 @@ class Ownership {
   RecordTable& records_;
   OutputCommit& output_;
   SharedProperties& shared_;
+  BlastTable& blasts_;
 };
 
 }  // namespace tessera::region

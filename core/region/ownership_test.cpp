@@ -56,7 +56,8 @@ class OwnershipTest : public ::testing::Test {
   RecordTable properties;
   OutputCommit output;
   SharedProperties shared;
-  Ownership ownership{world.catalog, world.bodies, players, reports, properties, output, shared};
+  BlastTable blasts{*world.scene};
+  Ownership ownership{world.catalog, world.bodies, players, reports, properties, output, shared, blasts};
 };
 
 TEST_F(OwnershipTest, AGrantCarriesAllThatGoesWithABody) {

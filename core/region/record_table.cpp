@@ -38,6 +38,7 @@ absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& 
     if (!query.ok()) return bad(query.status().message());
   }
   if (!record.game.player.empty() && !IsPlayerBody(id)) return bad("player: is no player's");
+  if (record.game.driver != PlayerNumber() && IsPlayerBody(id)) return bad("driver: of a player's body");
   if (record.bytes.empty()) return absl::OkStatus();
   const Scene& scene = catalog.scene();
   const auto set =
@@ -127,6 +128,7 @@ void RecordTable::IncludePlayer(const KeptRecord& entry) {
   if (!IsPlayerBody(entry.body)) return;
   Include(entry.body, !entry.game.player->commands.empty(), commanded_);
   Include(entry.body, entry.game.player->hidden(), hidden_);
+  Include(entry.body, !entry.game.player->limits.empty(), limited_);
 }
 
 void RecordTable::Put(KeptRecord entry) {
@@ -151,6 +153,11 @@ void RecordTable::Put(KeptRecord entry) {
   } else {
     jointed_.insert(id);
   }
+  if (entry.game.driver == PlayerNumber() && entry.game.player->controls == BodyId()) {
+    steering_.erase(id);
+  } else {
+    steering_.insert(id);
+  }
   if (entry.game.questions.empty()) {
     asking_.erase(id);
   } else {
@@ -172,6 +179,7 @@ void RecordTable::Release(BodyId id) {
   mailing_.erase(id);
   jointed_.erase(id);
   asking_.erase(id);
+  steering_.erase(id);
   IncludePlayer({id, 0, nullptr, {}});
   all_.erase(all_.begin() + (entry - all_.data()));
 }

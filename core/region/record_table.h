@@ -65,6 +65,8 @@ class RecordTable {
   // Bodies of players with commands that wait for the game, and of those who take no part in the world; both ascending.
   std::span<const BodyId> commanded() const { return commanded_; }
   std::span<const BodyId> hidden() const { return hidden_; }
+  // Bodies of players whose inputs a game has given limits, ascending.
+  std::span<const BodyId> limited() const { return limited_; }
 
   // Sets one of the properties that the scene declares. Errors: as PropertySet::Set. A change whose number is not above
   // the last one's of that body does nothing. Requires `change` > 0.
@@ -80,6 +82,8 @@ class RecordTable {
   const std::set<BodyId>& mailing() const { return mailing_; }
   // Bodies whose records have joints, ascending.
   const std::set<BodyId>& jointed() const { return jointed_; }
+  // Bodies that a player who is not theirs moves, or is to move, and bodies of such players; ascending.
+  const std::set<BodyId>& steering() const { return steering_; }
   // Records with questions that are not answered; ascending.
   const std::set<BodyId>& asking() const { return asking_; }
   // A body that is owned here from now on, and one that is not any more. What is carried is sound.
@@ -98,12 +102,13 @@ class RecordTable {
   void IncludePlayer(const KeptRecord& entry);
 
   std::vector<KeptRecord> all_;
-  std::set<std::pair<Tick, BodyId>> due_;   // of each body the first timer; written with all_
-  std::set<BodyId> acting_;                 // written with all_
-  std::set<BodyId> mailing_;                // written with all_
-  std::set<BodyId> jointed_;                // written with all_
-  std::set<BodyId> asking_;                 // written with all_
-  std::vector<BodyId> commanded_, hidden_;  // ascending, written with all_
+  std::set<std::pair<Tick, BodyId>> due_;             // of each body the first timer; written with all_
+  std::set<BodyId> acting_;                           // written with all_
+  std::set<BodyId> mailing_;                          // written with all_
+  std::set<BodyId> jointed_;                          // written with all_
+  std::set<BodyId> asking_;                           // written with all_
+  std::set<BodyId> steering_;                         // written with all_
+  std::vector<BodyId> commanded_, hidden_, limited_;  // ascending, written with all_
   bool keep_news_ = false;
   std::vector<BodyId> news_;
 };

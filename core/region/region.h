@@ -156,6 +156,8 @@ class Region {
   absl::Status TakeCommand(PlayerNumber player, const PlayerCommand& command);
   // The client of a player whose body is owned here has all events up to this number.
   void AcknowledgeEvents(PlayerNumber player, std::uint32_t event);
+  // The body that the player's inputs move, as far as may be told; its own where the player looks on, or is not here.
+  BodyId MovedBy(PlayerNumber player) const;
   // All of it that may be told; null where the player's body is not owned here, or nobody may know of the player yet.
   // Valid until the region changes.
   const game::PlayerRecord* TalkOf(PlayerNumber player) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/region/game_control.h"
 #include "core/region/game_joints.h"
 
 namespace tessera::region {
@@ -39,6 +40,7 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
     if (!own && !IsInCells(parts, AnchorOf(body, initial, parts.catalog).state.position)) continue;
     // Changes of properties are numbered anew from here on: the state may be another cluster's.
     CarriedRecord record = initial.RecordOf(body.id);
+    MarkSettled(initial.blasts, record.game);
     record.change = std::min<std::uint64_t>(record.change, 1);
     const bool player = IsPlayerBody(body.id);
     parts.ownership.Restore({body.id, body.epoch, body.state, std::move(record)},
@@ -53,12 +55,14 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
     parts.messages.BeginWith(world.bytes);
   for (const PlayerNumber player : initial.spawned) parts.players.MarkSpawned(player);
   parts.tombstones.Merge(initial.tombstones, parts.tick);
+  parts.blasts.Adopt(initial.blasts);
   std::vector<TouchingPair> touching;
   std::ranges::copy_if(initial.touching, std::back_inserter(touching),
                        [&](const TouchingPair& pair) { return parts.bodies.Owns(parts.reports.ReporterOf(pair)); });
   parts.reports.Restore(touching);
   parts.bodies.ConnectJoints();
   if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
+  FindDriven(parts);
 }
 
 }  // namespace tessera::region

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/region/failover.h"
+#include "core/region/game_control.h"
 #include "core/region/game_joints.h"
 #include "core/region/region_map.h"
 #include "core/region/region_parts.h"
@@ -90,6 +91,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   Promote(resolution, *promoted, parts, result);
   MarkAllSpawned(resolution, primaries, parts.players);
   for (const StandbyCopy* primary : primaries) parts.tombstones.Merge(primary->state().tombstones, parts.tick);
+  for (const StandbyCopy* primary : primaries) parts.blasts.Adopt(primary->state().blasts);
   parts.grants_in.StartStep();
   parts.exchange.Clear();
   parts.loads.Clear();
@@ -97,12 +99,14 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.bodies.ForgetPoses();
   parts.bodies.ConnectJoints();
   if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
+  FindDriven(parts);
   AdoptMap(parts.failover.End(), true, parts);
 
   parts.log.Restart();
   parts.reports.TakeChanges();
   parts.records.TakeNews();
   parts.messages.Restart();
+  parts.blasts.Restart();
   parts.questions.Restart();
   FindRelevant(parts);
   parts.grants_in.Release(parts.log.standby_has());

@@ -24,8 +24,8 @@ std::vector<Departure> RegionGame::Run(Tick tick, std::span<const physics::PairE
   tick_ = tick;
   tombstones_.Forget(tick, scene().tick_rate_hz);
   std::erase_if(retired_, [this](const auto& entry) { return bodies_.FindBodiless(entry.first) == nullptr; });
-  std::vector<game::GameEvent> called;
-  called.reserve(2 * events.size());
+  std::vector<game::GameEvent> called = blasts_.Act(tick, bodies_, records_);
+  called.reserve(called.size() + 2 * events.size());
   for (const physics::PairEvent& event : events) {
     game::GameEvent of_a{CallbackOf(event), event.body_a, event.body_b};
     game::GameEvent of_b{CallbackOf(event), event.body_b, event.body_a};
@@ -119,6 +119,8 @@ std::vector<BodyId> RegionGame::Jointed() const {
   std::erase_if(jointed, [this](BodyId id) { return bodies_.IndexOf(id) < 0; });
   return jointed;
 }
+
+std::vector<BodyId> RegionGame::Steering() const { return {records_.steering().begin(), records_.steering().end()}; }
 
 // Some of a prefab's may be gone.
 std::vector<BodyId> RegionGame::AssemblyOf(BodyId id) const {

@@ -34,8 +34,8 @@ class RegionGame : private game::GameWorld {
   // Without a host there is no game, and it does nothing. All others must outlive it.
   RegionGame(std::shared_ptr<game::GameHost> host, RegionId self, Incarnation maker, const Catalog& catalog,
              const Bodies& bodies, RecordTable& records, Ownership& ownership, Tombstones& tombstones,
-             OutputCommit& output, SharedProperties& shared, const MessageRelay& messages, const RegionPlayers& players,
-             const QuestionDesk& questions)
+             OutputCommit& output, SharedProperties& shared, BlastTable& blasts, const MessageRelay& messages,
+             const RegionPlayers& players, const QuestionDesk& questions)
       : host_(std::move(host)),
         self_(self),
         catalog_(catalog),
@@ -45,6 +45,7 @@ class RegionGame : private game::GameWorld {
         tombstones_(tombstones),
         output_(output),
         shared_(shared),
+        blasts_(blasts),
         messages_(messages),
         players_(players),
         questions_(questions),
@@ -109,6 +110,9 @@ class RegionGame : private game::GameWorld {
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
   std::optional<JointId> NextJoint() override { return ids_.NextJoint(); }
   std::vector<BodyId> Jointed() const override;
+  std::vector<BodyId> Steering() const override;
+  std::size_t BlastCount() const override { return blasts_.all().size(); }
+  void Explode(game::Blast blast) override { blasts_.Make(std::move(blast), tick_); }
   std::vector<BodyId> AssemblyOf(BodyId id) const override;
   bool AreConnected(BodyId a, BodyId b) const override;
   bool IsRemoved(BodyId id) const override;
@@ -126,6 +130,7 @@ class RegionGame : private game::GameWorld {
   Tombstones& tombstones_;
   OutputCommit& output_;
   SharedProperties& shared_;
+  BlastTable& blasts_;
   const MessageRelay& messages_;
   const RegionPlayers& players_;
   const QuestionDesk& questions_;

@@ -58,10 +58,11 @@ RegionParts::RegionParts(const Config& config)
       bodies(catalog, WorldSettingsOf(config), config.initial == nullptr ? Tick() : config.initial->tick),
       players(*config.scene),
       reports(catalog),
-      ownership(catalog, bodies, players, reports, records, output, shared),
+      blasts(*config.scene),
+      ownership(catalog, bodies, players, reports, records, output, shared, blasts),
       questions(catalog, neighborhood, bodies, records, shared),
       game(config.game, config.self, config.incarnation, catalog, bodies, records, ownership, tombstones, output,
-           shared, messages, players, questions),
+           shared, blasts, messages, players, questions),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),
@@ -80,6 +81,7 @@ RegionState StateOf(const RegionParts& parts) {
   state.tick = parts.tick;
   parts.ownership.Save(state);
   state.tombstones = parts.tombstones.All();
+  state.blasts.assign(parts.blasts.all().begin(), parts.blasts.all().end());
   state.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());
   state.grants = parts.grants_out.kept();
   return state;
@@ -97,6 +99,7 @@ void Validate([[maybe_unused]] const RegionParts& parts) {
   parts.records.Validate();
   parts.output.Validate();
   parts.shared.Validate(parts.bodies);
+  parts.blasts.Validate(parts.bodies);
   parts.ownership.Validate();
   parts.borders.Validate();
   parts.outgoing.Validate(parts.neighborhood.neighbors());

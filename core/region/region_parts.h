@@ -2,6 +2,7 @@
 // the order in which a tick puts them to work, region_begin.h, region_map.h and region_failover.cpp the rest.
 #pragma once
 
+#include "core/region/blast_table.h"
 #include "core/region/bodies.h"
 #include "core/region/border_loads.h"
 #include "core/region/borders.h"
@@ -53,6 +54,7 @@ struct RegionParts {
   Tombstones tombstones;
   OutputCommit output;
   SharedProperties shared;
+  BlastTable blasts;    // changes records
   Ownership ownership;  // writes bodies, players, reports and records, and forgets output and shared
   QuestionDesk questions;
   // Changes records and, through the ownership, what is owned; notes it in tombstones, output and shared.

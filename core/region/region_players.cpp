@@ -27,19 +27,28 @@ Vec3d Faded(Vec3d push, Vec3d motion, double most) {
   return push - along * (pushing * (1 - share));
 }
 
+double SpeedOf(const PlayerRules& rules, const PlayerLimits& limits) {
+  return limits.speed_m_s ? static_cast<double>(*limits.speed_m_s) : rules.max_speed_m_s;
+}
+
 }  // namespace
 
-Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s) {
-  Vec3d force = Clamped(Vec3d(asked_n), rules.max_force_n);
+Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s, const PlayerLimits& limits) {
+  Vec3d force = Clamped(Vec3d(asked_n), limits.force_n ? static_cast<double>(*limits.force_n) : rules.max_force_n);
+  const Vec3d axes(limits.axes);
+  force = {force.x * axes.x, force.y * axes.y, force.z * axes.z};
   if (const double lift = Dot(force, rules.up); lift > rules.max_force_up_n) {
     force -= rules.up * (lift - rules.max_force_up_n);
   }
-  return Vec3f(Faded(force, Vec3d(velocity_m_s), rules.max_speed_m_s));
+  return Vec3f(Faded(force, Vec3d(velocity_m_s), SpeedOf(rules, limits)));
 }
 
-Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, Vec3f angular_velocity_rad_s) {
-  const Vec3d torque = Clamped(Vec3d(asked_nm), std::min(rules.max_force_n * radius_m, kMaxForce));
-  return Vec3f(Faded(torque, Vec3d(angular_velocity_rad_s), rules.max_speed_m_s / radius_m));
+Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, Vec3f angular_velocity_rad_s,
+                    const PlayerLimits& limits) {
+  const double force = limits.force_n ? static_cast<double>(*limits.force_n) : rules.max_force_n;
+  const double most = limits.torque_nm ? static_cast<double>(*limits.torque_nm) : std::min(force * radius_m, kMaxForce);
+  const Vec3d torque = Clamped(Vec3d(asked_nm), most);
+  return Vec3f(Faded(torque, Vec3d(angular_velocity_rad_s), SpeedOf(rules, limits) / radius_m));
 }
 
 void RegionPlayers::Spawn(PlayerNumber player, PropertySet begins) {
@@ -90,6 +99,26 @@ void RegionPlayers::Adopt(PlayerNumber player, PlayerControl control) {
 const PlayerControl* RegionPlayers::Find(PlayerNumber player) const {
   const auto it = controlled_.find(player);
   return it == controlled_.end() ? nullptr : &it->second.control;
+}
+
+void RegionPlayers::SetDriven(std::vector<Driven> driven) {
+  if (driven == driven_) return;
+  driven_ = std::move(driven);
+  drivers_ = driven_;
+  std::ranges::sort(drivers_, {}, &Driven::body);
+}
+
+BodyId RegionPlayers::MovedBy(PlayerNumber player) const {
+  const BodyId own = PlayerBodyId(player);
+  const auto at = std::ranges::lower_bound(driven_, own, {}, &Driven::own);
+  return at != driven_.end() && at->own == own ? at->body : own;
+}
+
+const PlayerControl* RegionPlayers::MoverOf(BodyId body) const {
+  if (driven_.empty()) return IsPlayerBody(body) ? Find(PlayerOf(body)) : nullptr;
+  if (IsPlayerBody(body)) return MovedBy(PlayerOf(body)) == body ? Find(PlayerOf(body)) : nullptr;
+  const auto at = std::ranges::lower_bound(drivers_, body, {}, &Driven::body);
+  return at != drivers_.end() && at->body == body ? Find(PlayerOf(at->own)) : nullptr;
 }
 
 absl::Status RegionPlayers::Queue(const PlayerInput& input) {
@@ -158,11 +187,12 @@ void RegionPlayers::CommitCharacter(PlayerNumber player,
   control.next.torque_nm = found.torque_nm;
 }
 
-void RegionPlayers::Commit(PlayerNumber player, const BodyState& state, double radius_m) {
+void RegionPlayers::Commit(PlayerNumber player, const BodyState& state, double radius_m, const PlayerLimits& limits) {
   PlayerControl& control = controlled_.at(player).control;
   if (!TakeNext(control)) return;
-  control.next.force_n = LimitedForce(*scene_.player, control.next.force_n, state.linear_velocity);
-  control.next.torque_nm = LimitedTorque(*scene_.player, radius_m, control.next.torque_nm, state.angular_velocity);
+  control.next.force_n = LimitedForce(*scene_.player, control.next.force_n, state.linear_velocity, limits);
+  control.next.torque_nm =
+      LimitedTorque(*scene_.player, radius_m, control.next.torque_nm, state.angular_velocity, limits);
 }
 
 void RegionPlayers::Applied(PlayerNumber player) {
@@ -186,6 +216,8 @@ std::vector<PlayerInput> RegionPlayers::Release(PlayerNumber player) {
 }
 
 void RegionPlayers::Validate() const {
+  assert(Ascends(driven_, &Driven::own) && Ascends(drivers_, &Driven::body));
+  assert(std::ranges::all_of(driven_, [this](const Driven& one) { return Find(PlayerOf(one.own)) != nullptr; }));
   assert(std::ranges::all_of(asked_, [this](const auto& asked) { return spawned_.contains(asked.first); }));
   assert(std::ranges::none_of(unparked_, [this](PlayerNumber player) { return parked_.contains(player); }));
   assert(std::ranges::all_of(controlled_, [](const auto& entry) {

@@ -18,9 +18,16 @@
 #include "core/region/frame.h"
 #include "core/region/input_sequence.h"
 #include "core/region/region.h"
+#include "core/world/player_limits.h"
 #include "core/world/properties.h"
 
 namespace tessera::region {
+
+// A player whose inputs move another body than the own one. Both are owned here.
+struct Driven {
+  BodyId own, body;
+  friend bool operator==(const Driven&, const Driven&) = default;
+};
 
 class RegionPlayers {
  public:
@@ -47,12 +54,20 @@ class RegionPlayers {
   std::map<PlayerNumber, PlayerControl> Controls() const;
   void Adopt(PlayerNumber player, PlayerControl control);
   const PlayerControl* Find(PlayerNumber player) const;
+  // The control whose next input pushes the body; null where nobody's does.
+  const PlayerControl* MoverOf(BodyId body) const;
+  // The players who move other bodies than their own, ascending by those.
+  void SetDriven(std::vector<Driven> driven);
+  std::span<const Driven> driven() const { return driven_; }
+  // The body that the player's inputs move.
+  BodyId MovedBy(PlayerNumber player) const;
   // Decides on an input that came from its player; errors as those of Region::QueueInput.
   absl::Status Queue(const PlayerInput& input);
   // An input that came by way of the last owner takes its place by number, unless it is here already or too late.
   void QueueForwarded(const PlayerInput& input);
-  // Chooses the input of the next step and applies the scene's limits to it, given the body's state now.
-  void Commit(PlayerNumber player, const BodyState& state, double radius_m);
+  // Chooses the input of the next step and applies the scene's limits to it, or the game's, given the state now of the
+  // body that it moves.
+  void Commit(PlayerNumber player, const BodyState& state, double radius_m, const PlayerLimits& limits = {});
   // The same in a scene of characters: `drive` finds what an input does to the body. Where no input is there the last
   // one goes on for kMaxHeldTicks, so that a late one is not felt as a stumble, and then nothing is asked.
   void CommitCharacter(PlayerNumber player, absl::FunctionRef<physics::CharacterDrive(const PlayerInput&)> drive);
@@ -77,13 +92,16 @@ class RegionPlayers {
   std::set<PlayerNumber> spawned_, left_, parked_, unparked_;
   std::vector<BodyId> hidden_;
   std::map<PlayerNumber, Controlled> controlled_;  // players whose bodies are owned here
+  std::vector<Driven> driven_;                     // ascending by own
+  std::vector<Driven> drivers_;                    // the same, ascending by body
 };
 
-// Scaled down to `max_force_n`; its part against gravity is cut down to `max_force_up_n`; then the part along the
-// velocity fades to 0 as the body nears `max_speed_m_s` that way.
-Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s);
+// Scaled down to `max_force_n`, and along each axis to its share; its part against gravity is cut down to
+// `max_force_up_n`; then the part along the velocity fades to 0 as the body nears `max_speed_m_s` that way.
+Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s, const PlayerLimits& limits = {});
 // The same at the surface of a body of this radius: no more than the largest force does there, and none beyond the
 // speed at which the surface moves by `max_speed_m_s`. So a player cannot spin a body until it is taken out as absurd.
-Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, Vec3f angular_velocity_rad_s);
+Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, Vec3f angular_velocity_rad_s,
+                    const PlayerLimits& limits = {});
 
 }  // namespace tessera::region

@@ -56,6 +56,12 @@ absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) 
     if (absl::Status status = CheckKnown(tombstone.body, catalog); !status.ok()) return status;
     if (tombstone.epoch == Epoch()) return Bad(absl::StrCat("tombstones: body ", last.value(), ": epoch 0"));
   }
+  std::uint64_t blast = 0;
+  for (const KeptBlast& kept : state.blasts) {
+    if (kept.blast.id <= blast) return Bad("blasts: ids do not ascend");
+    blast = kept.blast.id;
+    if (absl::Status status = game::CheckBlast(kept.blast); !status.ok()) return status;
+  }
   return CheckControls(state);
 }
 
@@ -65,6 +71,7 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
   std::set<PlayerNumber> spawned;
   std::set<TouchingPair> touching;
   std::map<BodyId, Epoch> tombstones;
+  std::vector<KeptBlast> blasts;
   for (const RegionState& state : states) {
     if (state.tick != states[0].tick) {
       return Bad(absl::StrCat("region ", state.region.value(), " is of tick ", state.tick.value(), ", region ",
@@ -74,6 +81,7 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
       const auto [entry, added] = bodies.try_emplace(body.id, body, &state);
       if (!added && entry->second.first.epoch < body.epoch) entry->second = {body, &state};
     }
+    blasts = MergeBlasts(blasts, state.blasts);
     spawned.insert(state.spawned.begin(), state.spawned.end());
     touching.insert(state.touching.begin(), state.touching.end());
     for (const BodyClaim& tombstone : state.tombstones) {
@@ -83,6 +91,9 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
   }
   RegionState merged;
   merged.tick = states[0].tick;
+  merged.blasts = std::move(blasts);
+  // Each body has its own marks.
+  for (KeptBlast& kept : merged.blasts) kept.acted = false;
   for (const auto& [id, epoch] : tombstones) merged.tombstones.push_back({id, epoch});
   merged.bodies.reserve(bodies.size());
   for (const auto& [id, entry] : bodies) {
@@ -90,6 +101,7 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
     if (tombstone != tombstones.end() && entry.first.epoch <= tombstone->second) continue;
     merged.bodies.push_back(entry.first);
     CarriedRecord record = entry.second->RecordOf(id);
+    MarkSettled(entry.second->blasts, record.game);
     if (!record.empty()) merged.records.emplace(id, std::move(record));
     if (IsPlayerBody(id)) merged.controls.emplace(PlayerOf(id), entry.second->controls.at(PlayerOf(id)));
   }

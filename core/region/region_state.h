@@ -15,6 +15,7 @@
 #include "core/region/body_claim.h"
 #include "core/region/catalog.h"
 #include "core/region/frame.h"
+#include "core/region/kept_blast.h"
 #include "core/region/pair_reports.h"
 
 namespace tessera::region {
@@ -50,6 +51,7 @@ struct RegionState {
   KeptGrants grants;
   std::map<BodyId, CarriedRecord> records;  // for bodies among them, where changed
   std::vector<BodyClaim> tombstones;        // ascending, none of the bodies among them
+  std::vector<KeptBlast> blasts;            // ascending by id
   friend bool operator==(const RegionState&, const RegionState&) = default;
 
   const StateBody* Find(BodyId id) const;

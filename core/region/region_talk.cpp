@@ -76,6 +76,12 @@ const game::PlayerRecord* Region::TalkOf(PlayerNumber player) const {
   return kept == nullptr ? &kNothing : &*parts_->output.PlayerOf(*kept);
 }
 
+BodyId Region::MovedBy(PlayerNumber player) const {
+  const game::PlayerRecord* const talk = TalkOf(player);
+  const BodyId driven = talk == nullptr ? BodyId() : talk->driven();
+  return driven == BodyId() ? PlayerBodyId(player) : driven;
+}
+
 std::vector<EndedPlayer> Region::ended_players() const {
   std::vector<EndedPlayer> ended;
   for (const BodyId id : parts_->records.hidden()) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/region/game_control.h"
 #include "core/region/game_joints.h"
 #include "core/region/game_motion.h"
 #include "core/region/ghosts.h"
@@ -74,6 +75,7 @@ void TakeIn(std::span<const BorderFrame> frames, RegionParts& parts, StepResult&
   }
   for (std::size_t n = 0; n < frames.size(); ++n) {
     parts.messages.Receive(parts.neighborhood[n], frames[n].packets, parts.tick + 1);
+    parts.blasts.Receive(frames[n].packets, parts.tick + 1);
   }
 }
 
@@ -82,7 +84,10 @@ void PlaceGhosts(std::span<const BorderFrame> frames, RegionParts& parts) {
   parts.bodies.PlaceGhosts(GhostsFrom(frames, parts.neighborhood.neighbors(), link_up, parts.bodies));
   parts.shared.KeepOnly(parts.bodies.ghosts());
   parts.bodies.ConnectJoints();
-  if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
+  if (parts.catalog.has_game()) {
+    ConnectGameJoints(parts.records, parts.bodies);
+    FindDriven(parts);
+  }
   parts.bodies.NotePlaces();
 }
 
@@ -152,7 +157,10 @@ void RunGame(game::PlayerChanges players, RegionParts& parts, StepResult& result
   }
   ParkHidden(parts);
   // What it connected is handed over together from now on.
-  if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
+  if (!parts.catalog.has_game()) return;
+  ConnectGameJoints(parts.records, parts.bodies);
+  FindDriven(parts);
+  FollowDriven(parts);
 }
 
 void ApplyForces(RegionParts& parts) {
@@ -185,6 +193,13 @@ void ReadBack(RegionParts& parts, StepResult& result) {
   }
 }
 
+const PlayerLimits& LimitsOf(BodyId id, const RecordTable& records) {
+  static const PlayerLimits kNone;
+  if (records.limited().empty()) return kNone;
+  const KeptRecord* const record = records.Find(id);
+  return record == nullptr ? kNone : record->game.player->limits;
+}
+
 // Chooses each player's input of the next step: neighbours that have the body as a ghost apply the same force.
 void CommitInputs(RegionParts& parts) {
   const Scene& scene = parts.scene();
@@ -193,12 +208,18 @@ void CommitInputs(RegionParts& parts) {
     const OwnedBody& body = parts.bodies.owned()[i];
     const BodyId id = body.def->id;
     if (!IsPlayerBody(id)) continue;
-    if (!scene.player->character.has_value()) {
-      parts.players.Commit(PlayerOf(id), body.state, parts.bodies.radius_m(i));
+    const PlayerLimits& limits = LimitsOf(id, parts.records);
+    const BodyId moved = parts.players.MovedBy(PlayerOf(id));
+    if (moved != id || !scene.player->character.has_value()) {
+      const auto at = moved == id ? i : static_cast<std::size_t>(parts.bodies.IndexOf(moved));
+      parts.players.Commit(PlayerOf(id), parts.bodies.owned()[at].state, parts.bodies.radius_m(at), limits);
       continue;
     }
     parts.players.CommitCharacter(PlayerOf(id), [&](const PlayerInput& input) {
-      return physics::DriveCharacter(parts.bodies.world(), id, *scene.player, scene.gravity_m_s2, input, parts.tick_s);
+      const auto drive = [&](const PlayerRules& rules) {
+        return physics::DriveCharacter(parts.bodies.world(), id, rules, scene.gravity_m_s2, input, parts.tick_s);
+      };
+      return limits.empty() ? drive(*scene.player) : drive(RulesWith(*scene.player, limits));
     });
   }
 }
@@ -208,7 +229,7 @@ void DecideHandovers(RegionParts& parts) {
   std::vector<PreparedGrant> grants;
   const std::vector<Summons> summoned = FindSummoned(parts.records, parts.bodies);
   for (const PlannedHandover& planned :
-       PlanHandovers(parts.bodies, parts.neighborhood, parts.settings, may_grant, summoned)) {
+       PlanHandovers(parts.bodies, parts.neighborhood, parts.settings, may_grant, summoned, parts.players.driven())) {
     std::vector<BodyId> assembly;
     for (const std::size_t index : planned.assembly) assembly.push_back(parts.bodies.EntityAt(index).def->id);
     if (parts.output.MustWait(assembly, parts.tick)) continue;
@@ -261,6 +282,7 @@ StepResult Region::Step(const PhaseObserver& observer) {
   CommitInputs(parts);
   AdoptMapIfDue(parts);
   parts.messages.Send(parts.tick, parts.log.standby_has());
+  SendBlasts(parts);
   DecideHandovers(parts);
   FindRelevant(parts);
 

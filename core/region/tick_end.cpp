@@ -23,7 +23,7 @@ GhostRecord RecordOf(std::size_t index, const RegionParts& parts) {
   record.epoch = body.epoch;
   record.state = body.state;
   record.settled = parts.relevance.IsSettled(index, body);
-  const PlayerControl* control = IsPlayerBody(id) ? parts.players.Find(PlayerOf(id)) : nullptr;
+  const PlayerControl* control = parts.players.MoverOf(id);
   if (control != nullptr) {
     record.force_n = control->next.force_n;
     record.torque_nm = control->next.torque_nm;
@@ -60,11 +60,17 @@ void RepeatLost(std::size_t neighbor, RegionParts& parts) {
   const RegionId to = parts.neighborhood[neighbor];
   parts.borders.ForgetSent(neighbor);
   parts.shared.Forget(to);
+  parts.blasts.Forget(to);
+  SendBlasts(parts);
   parts.grants_in.Repeat(to);
   parts.outgoing.ReplaceGrants(to, parts.grants_out.Repeated(to, parts.bodies));
 }
 
 }  // namespace
+
+void SendBlasts(RegionParts& parts) {
+  parts.blasts.Send(parts.tick, parts.log.standby_has(), parts.neighborhood, parts.borders, parts.outgoing);
+}
 
 void FindRelevant(RegionParts& parts) {
   const bool alone = parts.neighborhood.size() == 0;
@@ -82,7 +88,8 @@ std::vector<OutgoingFrame> MakeFrames(RegionParts& parts) {
   std::vector<OutgoingFrame> out;
   LookaheadPromise promise(
       {parts.bodies, parts.catalog, parts.neighborhood, parts.settings, parts.forces.found(), parts.tick_s,
-       parts.map_change.map() != nullptr || AnyoneWaits(parts) || parts.messages.waits() || parts.shared.waits()});
+       parts.map_change.map() != nullptr || AnyoneWaits(parts) || parts.messages.waits() || parts.shared.waits() ||
+           parts.blasts.waits() || !parts.players.driven().empty() || !parts.records.limited().empty()});
   for (std::size_t n = 0; n < parts.neighborhood.size(); ++n) {
     const RegionId to = parts.neighborhood[n];
     const BorderLink::Duty duty = parts.borders.DutyNow(n, parts.tick);
@@ -111,6 +118,7 @@ Bytes WriteLog(RegionParts& parts) {
   view.records = whole ? parts.records.all() : std::span<const KeptRecord>(news);
   view.tombstones = parts.tombstones.All();
   view.bodiless = parts.bodies.bodiless();
+  view.blasts = parts.blasts.all();
   if (parts.scene().player.has_value()) {
     view.controls = parts.players.Controls();
     view.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());

@@ -10,6 +10,9 @@ namespace tessera::region {
 // Finds what acts on the bodies in the next step, and which of them each neighbour must have as ghosts.
 void FindRelevant(RegionParts& parts);
 
+// Passes on the area effects that may leave.
+void SendBlasts(RegionParts& parts);
+
 // The frames to all neighbours that get one.
 std::vector<OutgoingFrame> MakeFrames(RegionParts& parts);
 

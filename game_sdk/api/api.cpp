@@ -132,6 +132,20 @@ constexpr Parameter kEventParameters[] = {
 constexpr Parameter kPlaceParameters[] = {
     {"position", kVectorType, "m in the world"},
     {"rotation", kRotationType, "from the body's axes to the world's; without it as it is", true}};
+constexpr Parameter kControlParameters[] = {
+    {"body", kBodyType | kNothingType, "one that moves and is no player's own; nothing: the player looks on", true}};
+constexpr Parameter kLimitsParameters[] = {
+    {"limits", kFieldsType,
+     "`force` in N, `torque` in N m and `speed` in m/s, and `axes`, a vector with the share of the force along each "
+     "axis of the world, 0 to 1; what is left out is as the scene has it",
+     false, true}};
+constexpr Parameter kExplodeParameters[] = {
+    {"blast", kFieldsType,
+     "`at`, m in the world; `radius`, up to 200 m; `impulse`, N s, away from there, or towards it if below 0; "
+     "`falloff`: \"linear\" to nothing at the radius (without it), \"square\" or \"none\"; `speed`, m/s: no body "
+     "gets faster by more than that, with the same falloff; `lift`, 0 to 1: how much the way leads up as well; "
+     "`layers`, a name or a list of names; `name`, at most 32 bytes, which on_blast is told",
+     false, true}};
 constexpr Parameter kPointParameters[] = {{"point", kVectorType, "m in the world"}};
 
 constexpr Function kFunctions[] = {
@@ -174,6 +188,12 @@ constexpr Function kFunctions[] = {
      "The same for a shape that moves straight, without turning."},
     {kWorldAskOverlap, Receiver::kWorld, "ask_overlap", kAskOverlapParameters, kNothingType,
      "The same for a shape that stands: all bodies with a point in common with it, by id."},
+    {kWorldExplode, Receiver::kWorld, "explode", kExplodeParameters, kNothingType,
+     "Pushes all bodies away from a place once, in whatever regions they are: as they are 4 ticks after the call, or 2 "
+     "more for each border beyond the first, and from the tick after that on. A region that was cut off acts within 10 "
+     "seconds of then, as soon as it hears of it; each body is pushed once, whoever owns it, or not at all. Wakes "
+     "sleepers; static and kinematic bodies, and those of who looks on, stay. A region keeps 256 of the last 10 "
+     "seconds, and more fail."},
     {kBodyIsHere,
      Receiver::kBody,
      "is_here",
@@ -286,9 +306,9 @@ constexpr Function kFunctions[] = {
     {kBodySetGravity, Receiver::kBody, "set_gravity", kGravityParameters, kNothingType,
      "From the next tick on, gravity pulls a body by so much of the scene's, and wakes it."},
     {kBodySetMaterial, Receiver::kBody, "set_material", kMaterialParameters, kNothingType,
-     "From the next tick on, a body that this region owns has this friction and restitution. Wakes it."},
+     "From the next tick on, a body has this friction and restitution. Wakes it."},
     {kBodyMoveTo, Receiver::kBody, "move_to", kMoveToParameters, kNothingType,
-     "Moves a kinematic body that this region owns, and that the scene gives no path: straight, at an even pace, so "
+     "Moves a kinematic body that the scene gives no path: straight, at an even pace, so "
      "that it is there after so many ticks, whatever is in its way. Another call takes the place of the one before. At "
      "most 100 m/s."},
     {kBodyConnect, Receiver::kBody, "connect", kConnectParameters, kNothingType,
@@ -305,6 +325,12 @@ constexpr Function kFunctions[] = {
     {kBodyShowTo, Receiver::kBody, "show_to", kShowToParameters, kNothingType,
      "Says which clients see a body from now on. Who sees it no more forgets it at once, whatever it does; its own "
      "player always sees it."},
+    {kBodyController,
+     Receiver::kBody,
+     "controller",
+     {},
+     kPlayerType | kNothingType,
+     "The player whose inputs move a body that this region owns."},
     {kPlayerName,
      Receiver::kPlayer,
      "name",
@@ -341,7 +367,30 @@ constexpr Function kFunctions[] = {
      "sees what there is about the point, which `place` and another call move."},
     {kPlayerRespawn, Receiver::kPlayer, "respawn", kPlaceParameters, kNothingType,
      "Puts the player's body there, standing still, and back into the world if the player spectates."},
-    {kPlayerIsSpectating, Receiver::kPlayer, "is_spectating", {}, kFlagType, "Whether `spectate` was the last word."},
+    {kPlayerIsSpectating,
+     Receiver::kPlayer,
+     "is_spectating",
+     {},
+     kFlagType,
+     "Whether the player looks on: `spectate` was the last word, or control of another body has ended."},
+    {kPlayerControl, Receiver::kPlayer, "control", kControlParameters, kNothingType,
+     "Asks that the player's inputs move this body from now on, instead of the own one, which stands aside and goes "
+     "where the body goes: so it enters a vehicle, and `respawn` leaves it. Two ticks later, or some ten where another "
+     "region "
+     "owns the body, on_control says whether the player has it: the first who asks gets it. What the player moved "
+     "before is let go at once. The body is pushed by the force and torque of inputs within the limits, also where "
+     "players are characters; whatever else an input says is the game's to carry out. A body that hangs together with "
+     "a player, or with what one moves, is refused. Nothing: the player looks on from where it is."},
+    {kPlayerControlled,
+     Receiver::kPlayer,
+     "controlled",
+     {},
+     kBodyType | kNothingType,
+     "The body that the player's inputs move; nothing while the player looks on."},
+    {kPlayerSetLimits, Receiver::kPlayer, "set_limits", kLimitsParameters, kNothingType,
+     "Says what the player's inputs may do from now on, whatever body they move; each call replaces the one before. A "
+     "character heeds `speed` alone, and gets no faster by it than the scene has it. The client's prediction knows "
+     "it."},
     {kPlayerInput,
      Receiver::kPlayer,
      "input",
@@ -384,6 +433,14 @@ constexpr Parameter kMessageParameters[] = {
     {"sender", kBodyType | kNothingType | kTextType,
      "whose callback sent it; nothing: one of the world; the text \"backend\": the game's backend"}};
 constexpr Parameter kPlayerParameters[] = {{"player", kPlayerType, "whom it is about; the region owns the body"}};
+constexpr Parameter kOnControlParameters[] = {
+    {"player", kPlayerType, "whom it is about; the region owns the own body"},
+    {"body", kBodyType | kNothingType, "the other body that the player moves; nothing: the player moves none"},
+    {"reason", kTextType, "why not; empty where there is a body"}};
+constexpr Parameter kBlastParameters[] = {
+    {"blast", kFieldsType,
+     "`at`; `by`: whose callback asked for it, nothing for the world; `name`, as given to `explode`; `share`: 1 where "
+     "nothing has fallen off"}};
 constexpr Parameter kCommandParameters[] = {{"player", kPlayerType, "who sent it"},
                                             {"bytes", kTextType, "what the client gave to tessera_send, unchecked"}};
 
@@ -418,6 +475,8 @@ constexpr Callback kCallbacks[] = {
      "A client has sent a command. Each is given once, in the order in which the client sent them, wherever the "
      "player's "
      "body is."},
+    {kOnControl, Receiver::kWorld, "on_control", kOnControlParameters,
+     "The player moves another body from now on, or gets none: the answer to `control`, or what was moved is gone."},
     {kOnBodyMigrate, Receiver::kBody, "on_migrate", kMigrateParameters,
      "This game has taken the place of another one while the world runs. Called once for each body of this kind, "
      "before "
@@ -435,6 +494,8 @@ constexpr Callback kCallbacks[] = {
     {kOnBodyMessage, Receiver::kBody, "on_message", kMessageParameters, "A message to the body."},
     {kOnBodyAnswer, Receiver::kBody, "on_answer", kBodyAnswerParameters,
      "The answer to a question that a callback of the body has asked, such as `ask_ray`."},
+    {kOnBodyBlast, Receiver::kBody, "on_blast", kBlastParameters,
+     "An area effect pushes the body. What it got is among what moves it already."},
 };
 
 template <class Entry>

@@ -75,6 +75,7 @@ enum FunctionNumber : std::uint32_t {
   kWorldAskRay = 14,
   kWorldAskSweep = 15,
   kWorldAskOverlap = 16,
+  kWorldExplode = 20,
   kWorldGet = 60,
   kWorldSet = 61,
   kWorldAfter = 62,
@@ -117,6 +118,7 @@ enum FunctionNumber : std::uint32_t {
   kBodyDisconnect = 179,
   kBodyIsConnected = 180,
   kBodyShowTo = 181,
+  kBodyController = 182,
   kPlayerName = 200,
   kPlayerBody = 201,
   kPlayerIsOwn = 202,
@@ -127,6 +129,9 @@ enum FunctionNumber : std::uint32_t {
   kPlayerSpectate = 207,
   kPlayerRespawn = 208,
   kPlayerIsSpectating = 209,
+  kPlayerControl = 210,
+  kPlayerControlled = 211,
+  kPlayerSetLimits = 212,
   kPlayerInput = 240,
   kPlayerShownTime = 241,
   kPlayerNumber = 242,
@@ -140,6 +145,7 @@ enum CallbackNumber : std::uint32_t {
   kOnJoin = 15,
   kOnLeave = 16,
   kOnCommand = 17,
+  kOnControl = 18,
   kOnBodyMigrate = 20,
   kOnBodyTick = 32,
   kOnBodyContact = 33,
@@ -149,6 +155,7 @@ enum CallbackNumber : std::uint32_t {
   kOnBodyTimer = 37,
   kOnBodyMessage = 45,
   kOnBodyAnswer = 47,
+  kOnBodyBlast = 48,
 };
 
 // Ascending by number.

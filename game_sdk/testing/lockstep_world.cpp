@@ -17,12 +17,14 @@ using region::Region;
 using region::StepResult;
 
 // Functions that change nothing, so that calling them once is enough.
-constexpr std::array<std::uint32_t, 30> kReads = {
-    kWorldTick,    kWorldTickRate,      kWorldRandom, kWorldRay,     kWorldRayAll,  kWorldSweep,   kWorldOverlap,
-    kBodyIsHere,   kBodyIsOwn,          kBodyKind,    kBodyPosition, kBodyRotation, kBodyVelocity, kBodySpin,
-    kBodyMass,     kBodyPlayer,         kBodyGet,     kBodyMember,   kWorldPlayers, kPlayerName,   kPlayerBody,
-    kPlayerIsOwn,  kPlayerIsSpectating, kWorldTime,   kWorldGet,     kWorldIsOwn,   kPlayerInput,  kPlayerShownTime,
-    kPlayerNumber, kBodyIsConnected,
+constexpr std::array<std::uint32_t, 32> kReads = {
+    kWorldTick,      kWorldTickRate,    kWorldRandom,        kWorldRay,     kWorldRayAll,
+    kWorldSweep,     kWorldOverlap,     kBodyIsHere,         kBodyIsOwn,    kBodyKind,
+    kBodyPosition,   kBodyRotation,     kBodyVelocity,       kBodySpin,     kBodyMass,
+    kBodyPlayer,     kBodyGet,          kBodyMember,         kWorldPlayers, kPlayerName,
+    kPlayerBody,     kPlayerIsOwn,      kPlayerIsSpectating, kWorldTime,    kWorldGet,
+    kWorldIsOwn,     kPlayerInput,      kPlayerShownTime,    kPlayerNumber, kBodyIsConnected,
+    kBodyController, kPlayerControlled,
 };
 
 // The body that a call of this function is for; nothing for those of the world.

@@ -139,6 +139,17 @@ class FakeGameWorld : public GameWorld {
     }
     return jointed;
   }
+  std::vector<BodyId> Steering() const override {
+    std::vector<BodyId> steering;
+    for (const auto& [id, body] : bodies_) {
+      const bool steers = body.record.driver != PlayerNumber() || body.record.player->controls != BodyId();
+      if (body.owned && steers) steering.push_back(id);
+    }
+    return steering;
+  }
+  std::vector<Blast> blasts;
+  std::size_t BlastCount() const override { return blasts.size(); }
+  void Explode(Blast blast) override { blasts.push_back(std::move(blast)); }
   std::vector<BodyId> assembly;  // those of it are one, beside what is asked for
   std::vector<BodyId> AssemblyOf(BodyId id) const override {
     if (std::ranges::find(assembly, id) != assembly.end()) return assembly;

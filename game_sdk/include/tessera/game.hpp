@@ -62,6 +62,7 @@ enum FunctionNumber : std::uint32_t {
   kWorldAskRay = 14,
   kWorldAskSweep = 15,
   kWorldAskOverlap = 16,
+  kWorldExplode = 20,
   kWorldPublish = 66,
   kBodyIsHere = 32,
   kBodyIsOwn = 33,
@@ -83,17 +84,23 @@ enum FunctionNumber : std::uint32_t {
   kBodyMember = 49,
   kBodyConnect = 178,
   kBodyDisconnect = 179,
-  kBodyIsConnected = 180
+  kBodyIsConnected = 180,
+  kBodyController = 182,
+  kPlayerControl = 210,
+  kPlayerControlled = 211,
+  kPlayerSetLimits = 212
 };
 
 enum CallbackNumber : std::uint32_t {
   kOnTick = 1,
+  kOnControl = 18,
   kOnBodyTick = 32,
   kOnBodyContact = 33,
   kOnBodyContactEnded = 34,
   kOnBodyEntered = 35,
   kOnBodyLeft = 36,
-  kOnBodyTimer = 37
+  kOnBodyTimer = 37,
+  kOnBodyBlast = 48
 };
 
 // Why the host refused a function, or that the callback's work is used up.
@@ -240,6 +247,8 @@ class World {
   void log(std::string_view line) { call(kWorldLog, {line}); }
   // Gives the game's backend an event.
   void publish(std::string_view name, const Values& values = {}) { call(kWorldPublish, {name, values.value()}); }
+  // `at`, `radius`, `impulse` and so on, as docs/games.md has them.
+  void explode(const Values& blast) { call(kWorldExplode, {blast.value()}); }
   Body spawn(std::string_view prefab, Vector position, const Values& options = {});
   // Nothing, or the fields `body`, `point`, `normal`, `fraction` and `distance`; valid until the next function.
   Values ray(Vector from, Vector to, const Values& options = {}) {
