@@ -111,6 +111,40 @@ void GameHost::TakeOver(GameHost& other) {
   counters_ = other.counters_;
 }
 
+HostState GameHost::State() const {
+  HostState state;
+  const std::size_t kept = std::min(waiting_.size(), kMaxKeptEvents);
+  state.waiting.assign(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(kept));
+  state.next_ticked = next_ticked_;
+  for (const Callback& callback : Callbacks()) {
+    for (std::size_t kind = 0; kind < scene_->kinds.size(); ++kind) {
+      const auto index = static_cast<std::size_t>(&callback - Callbacks().data());
+      const Handler& handler = handlers_[index * scene_->kinds.size() + kind];
+      if (handler.failures == 0) continue;
+      state.failed.push_back({callback.number, static_cast<std::uint16_t>(kind), handler.failures, handler.off});
+    }
+  }
+  return state;
+}
+
+void GameHost::Adopt(const HostState& state, absl::FunctionRef<bool(const GameEvent&)> has) {
+  for (const GameEvent& event : state.waiting) {
+    if (!has(event)) continue;
+    if (waiting_.size() < kMaxWaitingEvents) {
+      waiting_.push_back(event);
+    } else {
+      ++statistics_.dropped_events;
+    }
+  }
+  for (const FailedCallback& failed : state.failed) {
+    Handler& handler = HandlerOf(failed.callback, failed.kind);
+    if (failed.off && !handler.off) ++statistics_.callbacks_off;
+    handler.failures = std::max(handler.failures, failed.failures);
+    handler.off = handler.off || failed.off;
+  }
+  if (next_ticked_ == BodyId()) next_ticked_ = state.next_ticked;
+}
+
 void GameHost::Inspect(Tick tick, GameWorld& world, Inspection act) const {
   Transaction transaction = Begin(world);
   tessera_game_call call(transaction, tick, BodyId(), seed_, settings_.instructions_per_callback);

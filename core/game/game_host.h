@@ -30,8 +30,10 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
+#include "core/game/game_event.h"
 #include "core/game/game_file.h"
 #include "core/game/game_world.h"
+#include "core/game/host_state.h"
 #include "core/game/settings.h"
 #include "core/game/transaction.h"
 #include "game_sdk/include/tessera/game.h"
@@ -39,27 +41,6 @@
 namespace tessera::game {
 
 struct ControlNews;  // calls.h
-
-// Two bodies that began or ended to touch or to overlap, or one that an area effect has pushed: `callback` is one of
-// kOnBodyContact to kOnBodyLeft, or kOnBodyBlast, called for `self`.
-struct GameEvent {
-  // The place where two bodies met.
-  struct Contact {
-    Vec3d point;         // m in the world
-    Vec3d normal;        // unit, from the other body towards `self`; 0 where it is not known
-    double impulse = 0;  // N s, in the step in which they met
-  };
-  std::uint32_t callback = 0;
-  BodyId self, other;
-  std::optional<Contact> contact = std::nullopt;
-  // Of kOnBodyBlast: `other` is whom it is by, or 0.
-  struct Blown {
-    Vec3d at;
-    double share = 0;
-    std::string name;
-  };
-  std::optional<Blown> blown = std::nullopt;
-};
 
 // Players who came and who go in this tick, each ascending. Their bodies are owned here.
 struct PlayerChanges {
@@ -116,6 +97,11 @@ class GameHost {
   void Run(Tick tick, std::span<const GameEvent> events, GameWorld& world, const PlayerChanges& players = {});
   // Loads the game's code anew.
   absl::Status Renew();
+  // What is not in any record, as it is between two ticks.
+  HostState State() const;
+  // Another host's, in whose place this one goes on or begins: events of bodies that `has` says are here wait after
+  // those that wait already, and a callback that is off there is off.
+  void Adopt(const HostState& state, absl::FunctionRef<bool(const GameEvent&)> has);
   // Takes the place of another game of the same world: events that wait and lines are this one's now, and its figures
   // go on.
   void TakeOver(GameHost& other);

@@ -16,7 +16,9 @@ struct GameSettings {
 };
 
 inline constexpr std::size_t kMaxWaitingEvents = 65'536;  // of a region; later ones are dropped and counted
-inline constexpr std::size_t kMaxTimers = 16;             // of a body
+// The oldest of them that the standby and checkpoints have. More, and a game that is always late fills the log.
+inline constexpr std::size_t kMaxKeptEvents = 1'024;
+inline constexpr std::size_t kMaxTimers = 16;  // of a body
 inline constexpr std::int64_t kMaxTimerTicks = 1'000'000;
 inline constexpr std::size_t kMaxForces = 4;            // of a body, that act for a time
 inline constexpr std::int64_t kMaxForceTicks = 36'000;  // of one of them: ten minutes at 60 Hz

@@ -45,6 +45,7 @@ struct LogView {
   std::vector<BodyClaim> tombstones = {};    // ascending, all
   std::span<const OwnedBody> bodiless = {};  // ascending
   std::span<const KeptBlast> blasts = {};    // ascending, all
+  game::HostState host = {};
 };
 
 // Owner's end: knows what it wrote last.

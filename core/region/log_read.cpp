@@ -145,6 +145,12 @@ class MessageReader {
     return absl::OkStatus();
   }
 
+  absl::Status ReadHost(game::HostState& host) {
+    in_.Field("host");
+    host = game::ReadHostState(in_);
+    return in_.ok() ? game::CheckHostState(host, catalog_.scene().kinds.size()) : Bad(in_.error());
+  }
+
   absl::Status ReadAllRecords(std::map<BodyId, CarriedRecord>& records) {
     in_.Field("records");
     std::uint64_t last = 0;
@@ -214,8 +220,9 @@ struct Changes {
   std::map<BodyId, CarriedRecord> records;
   std::vector<BodyClaim> tombstones;
   std::vector<BodyId> forgotten;
-  bool blasts_changed = false;
+  bool blasts_changed = false, host_changed = false;
   std::vector<KeptBlast> blasts;
+  game::HostState host;
 };
 
 absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
@@ -256,6 +263,13 @@ absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionSta
   changes.blasts_changed = blasts != 0;
   if (changes.blasts_changed) {
     if (absl::Status status = reader.ReadBlasts(changes.blasts); !status.ok()) return status;
+  }
+  in.Field("host");
+  const std::uint8_t host = in.U8();
+  if (host > 1) return Bad("host: unknown flags");
+  changes.host_changed = host != 0;
+  if (changes.host_changed) {
+    if (absl::Status status = reader.ReadHost(changes.host); !status.ok()) return status;
   }
   if (absl::Status status = Finished(in); !status.ok()) return status;
   // A body that is gone cannot have changed.
@@ -358,6 +372,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   if (absl::Status status = reader.ReadAllRecords(state.records); !status.ok()) return status;
   if (absl::Status status = reader.ReadTombstones(state.tombstones); !status.ok()) return status;
   if (absl::Status status = reader.ReadBlasts(state.blasts); !status.ok()) return status;
+  if (absl::Status status = reader.ReadHost(state.host); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
   if (absl::Status status = CheckRegionState(state, catalog); !status.ok()) return status;
   for (const PairChange& change : pairs) {
@@ -413,6 +428,7 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
   ApplyTombstones(changes, state.tombstones);
   if (changes.blasts_changed) state.blasts = std::move(changes.blasts);
+  if (changes.host_changed) state.host = std::move(changes.host);
   for (const BodyId id : changes.gone) state.records.erase(id);
   for (auto& [id, record] : changes.records) state.records.insert_or_assign(id, std::move(record));
   return absl::OkStatus();

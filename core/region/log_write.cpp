@@ -175,6 +175,7 @@ Bytes EncodeState(const RegionState& state) {
   }
   WriteClaims(out, state.tombstones);
   WriteBlasts(out, state.blasts);
+  game::Write(out, state.host);
   return Sealed(out);
 }
 
@@ -195,6 +196,7 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
   }
   last_.tombstones = now.tombstones;
   last_.blasts.assign(now.blasts.begin(), now.blasts.end());
+  last_.host = now.host;
   Bytes bytes = EncodeState(last_);
   last_.touching.clear();
   last_.records.clear();
@@ -259,6 +261,9 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   const bool blasts = !std::ranges::equal(now.blasts, last_.blasts);
   out.U8(blasts ? 1 : 0);
   if (blasts) WriteBlasts(out, now.blasts);
+  const bool host = now.host != last_.host;
+  out.U8(host ? 1 : 0);
+  if (host) game::Write(out, now.host);
 
   last_.tick = now.tick;
   if (more || !gone.empty()) {
@@ -275,6 +280,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   if (!(last_.grants.empty() && now.grants->empty())) last_.grants = *now.grants;
   last_.tombstones = now.tombstones;
   if (blasts) last_.blasts.assign(now.blasts.begin(), now.blasts.end());
+  if (host) last_.host = now.host;
   return Sealed(out);
 }
 

@@ -56,6 +56,7 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
   for (const PlayerNumber player : initial.spawned) parts.players.MarkSpawned(player);
   parts.tombstones.Merge(initial.tombstones, parts.tick);
   parts.blasts.Adopt(initial.blasts);
+  parts.game.AdoptHost(initial.host, own);
   std::vector<TouchingPair> touching;
   std::ranges::copy_if(initial.touching, std::back_inserter(touching),
                        [&](const TouchingPair& pair) { return parts.bodies.Owns(parts.reports.ReporterOf(pair)); });

@@ -91,7 +91,10 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   Promote(resolution, *promoted, parts, result);
   MarkAllSpawned(resolution, primaries, parts.players);
   for (const StandbyCopy* primary : primaries) parts.tombstones.Merge(primary->state().tombstones, parts.tick);
-  for (const StandbyCopy* primary : primaries) parts.blasts.Adopt(primary->state().blasts);
+  for (const StandbyCopy* primary : primaries) {
+    parts.blasts.Adopt(primary->state().blasts);
+    parts.game.AdoptHost(primary->state().host, false);
+  }
   parts.grants_in.StartStep();
   parts.exchange.Clear();
   parts.loads.Clear();

@@ -54,6 +54,16 @@ void RegionGame::Adopt(std::uint32_t number) {
   host_ = std::exchange(next_, nullptr);
 }
 
+// A body that does not move is in every region: its events go on where the other body does.
+void RegionGame::AdoptHost(const game::HostState& state, bool all) {
+  if (host_ == nullptr) return;
+  host_->Adopt(state, [&](const game::GameEvent& event) {
+    const BodyDef* const def = all ? nullptr : Find(event.self);
+    const BodyId where = def != nullptr && def->motion == Motion::kStatic ? event.other : event.self;
+    return all || bodies_.IndexOf(where) >= 0;
+  });
+}
+
 // Nothing is to be taken over from an older game.
 void RegionGame::NoteMade(BodyId id) {
   if (number() == 0) return;

@@ -72,6 +72,9 @@ class RegionGame : private game::GameWorld {
   void Adopt(std::uint32_t number);
   // The region made a body without the game.
   void NoteMade(BodyId id);
+  // What the host of another region, or of an earlier life, had that is in no record: all of it, or the events of what
+  // is owned here.
+  void AdoptHost(const game::HostState& state, bool all);
   // GameHost::Inspect in this region, right after `tick`. Requires a game.
   void Inspect(Tick tick, game::GameHost::Inspection act) { host_->Inspect(tick, *this, act); }
 

@@ -81,6 +81,7 @@ RegionState StateOf(const RegionParts& parts) {
   state.tick = parts.tick;
   parts.ownership.Save(state);
   state.tombstones = parts.tombstones.All();
+  if (parts.game.host() != nullptr) state.host = parts.game.host()->State();
   state.blasts.assign(parts.blasts.all().begin(), parts.blasts.all().end());
   state.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());
   state.grants = parts.grants_out.kept();

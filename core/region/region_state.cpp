@@ -23,6 +23,24 @@ absl::Status CheckControls(const RegionState& state) {
   return players.size() == state.controls.size() ? absl::OkStatus() : Bad("controls: a player without a body");
 }
 
+// A callback that is off in one region is off in the world. Each region goes on with its own bodies' events.
+void MergeHost(const game::HostState& other, game::HostState& host) {
+  host.waiting.insert(host.waiting.end(), other.waiting.begin(), other.waiting.end());
+  for (const game::FailedCallback& failed : other.failed) {
+    const auto same = [&](const game::FailedCallback& one) {
+      return one.callback == failed.callback && one.kind == failed.kind;
+    };
+    const auto known = std::ranges::find_if(host.failed, same);
+    if (known == host.failed.end()) {
+      host.failed.push_back(failed);
+    } else {
+      known->failures = std::max(known->failures, failed.failures);
+      known->off = known->off || failed.off;
+    }
+  }
+  std::ranges::sort(host.failed, {}, [](const game::FailedCallback& one) { return std::pair(one.callback, one.kind); });
+}
+
 }  // namespace
 
 const StateBody* RegionState::Find(BodyId id) const {
@@ -56,6 +74,7 @@ absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) 
     if (absl::Status status = CheckKnown(tombstone.body, catalog); !status.ok()) return status;
     if (tombstone.epoch == Epoch()) return Bad(absl::StrCat("tombstones: body ", last.value(), ": epoch 0"));
   }
+  if (absl::Status status = game::CheckHostState(state.host, catalog.scene().kinds.size()); !status.ok()) return status;
   std::uint64_t blast = 0;
   for (const KeptBlast& kept : state.blasts) {
     if (kept.blast.id <= blast) return Bad("blasts: ids do not ascend");
@@ -72,6 +91,7 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
   std::set<TouchingPair> touching;
   std::map<BodyId, Epoch> tombstones;
   std::vector<KeptBlast> blasts;
+  game::HostState host;
   for (const RegionState& state : states) {
     if (state.tick != states[0].tick) {
       return Bad(absl::StrCat("region ", state.region.value(), " is of tick ", state.tick.value(), ", region ",
@@ -82,6 +102,7 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
       if (!added && entry->second.first.epoch < body.epoch) entry->second = {body, &state};
     }
     blasts = MergeBlasts(blasts, state.blasts);
+    MergeHost(state.host, host);
     spawned.insert(state.spawned.begin(), state.spawned.end());
     touching.insert(state.touching.begin(), state.touching.end());
     for (const BodyClaim& tombstone : state.tombstones) {
@@ -92,6 +113,7 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
   RegionState merged;
   merged.tick = states[0].tick;
   merged.blasts = std::move(blasts);
+  merged.host = std::move(host);
   // Each body has its own marks.
   for (KeptBlast& kept : merged.blasts) kept.acted = false;
   for (const auto& [id, epoch] : tombstones) merged.tombstones.push_back({id, epoch});

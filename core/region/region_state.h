@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/game/host_state.h"
 #include "core/region/body_claim.h"
 #include "core/region/catalog.h"
 #include "core/region/frame.h"
@@ -52,6 +53,7 @@ struct RegionState {
   std::map<BodyId, CarriedRecord> records;  // for bodies among them, where changed
   std::vector<BodyClaim> tombstones;        // ascending, none of the bodies among them
   std::vector<KeptBlast> blasts;            // ascending by id
+  game::HostState host;                     // of the game; empty without one
   friend bool operator==(const RegionState&, const RegionState&) = default;
 
   const StateBody* Find(BodyId id) const;

@@ -119,6 +119,7 @@ Bytes WriteLog(RegionParts& parts) {
   view.tombstones = parts.tombstones.All();
   view.bodiless = parts.bodies.bodiless();
   view.blasts = parts.blasts.all();
+  if (parts.game.host() != nullptr) view.host = parts.game.host()->State();
   if (parts.scene().player.has_value()) {
     view.controls = parts.players.Controls();
     view.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());
