@@ -295,8 +295,21 @@ absl::StatusOr<Joined> ControlPlane::WaitAndJoin(Lock& lock, Watch& watch, const
   }
 }
 
+// Once more under the lock, where the issuer may have been removed since: those who sign well pay for both.
+absl::Status ControlPlane::CheckTicketsSignature(const std::string& ticket) {
+  if (ticket.empty()) return absl::OkStatus();
+  const auto shown = trust::ParseTicket(ticket);
+  if (!shown.ok()) return shown.status();
+  const std::optional<records::Issuer> issuer = Call([&](Cluster& cluster, Now) -> std::optional<records::Issuer> {
+    const records::Issuer* found = cluster.issuers().Find(shown->ticket.key);
+    return found == nullptr ? std::nullopt : std::optional(*found);
+  });
+  return CheckSignature(*shown, issuer ? &*issuer : nullptr);
+}
+
 absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstanceRequest& request,
                                                             const std::function<bool()>& given_up, bool stranger) {
+  if (absl::Status status = CheckTicketsSignature(request.ticket()); !status.ok()) return status;
   Lock lock(mutex_);
   Watch watch(*this, request.instance_id());
   const auto ticket = cluster_->TakeTicket(ReadClocks(), request, stranger);

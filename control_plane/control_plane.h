@@ -153,6 +153,7 @@ class ControlPlane {
                        const std::function<bool()>& given_up);
   absl::Status WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,
                              const std::function<bool()>& given_up);
+  absl::Status CheckTicketsSignature(const std::string& ticket);
   absl::StatusOr<Joined> WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
                                      const std::optional<trust::Ticket>& ticket, const std::function<bool()>& given_up);
 

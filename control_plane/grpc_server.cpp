@@ -281,6 +281,14 @@ class HostServiceImpl final : public v1::HostService::Service, Answerer {
   }
 };
 
+// Strangers see who plays by name, as everybody in the world does, and not as whom they log in elsewhere.
+void HideAccounts(v1::Instance& instance) {
+  for (v1::Player& player : *instance.mutable_player_list()) {
+    player.clear_player_id();
+    player.clear_properties();
+  }
+}
+
 // "player 7" or the id of its ticket.
 template <class Request>
 std::string PlayerNamed(const Request& request) {
@@ -307,9 +315,11 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
   grpc::Status GetInstance(grpc::ServerContext* context, const v1::GetInstanceRequest* request,
                            v1::GetInstanceResponse* response) override {
     return Answer(context, "InstanceService/GetInstance", CallKind::kRead, Instance(request->id()), [&] {
-      return Take(
-          plane_.Call([&](Cluster& cluster, Now) { return control::GetInstance(cluster.state(), request->id()); }),
-          response->mutable_instance());
+      const absl::Status status =
+          Take(plane_.Call([&](Cluster& cluster, Now) { return control::GetInstance(cluster.state(), request->id()); }),
+               response->mutable_instance());
+      if (door_ == Door::kPlayers) HideAccounts(*response->mutable_instance());
+      return status;
     });
   }
   grpc::Status ListInstances(grpc::ServerContext* context, const v1::ListInstancesRequest* request,

@@ -15,12 +15,16 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/grpc_server.h"
 #include "control_plane/memory_store.h"
 #include "control_plane/testing/fake_backend.h"
 #include "control_plane/testing/fake_workers.h"
 #include "control_plane/testing/test_plan.h"
+#include "host/temporary_folder.h"
 #include "net/join_grant.h"
+#include "tessera/v1/instance.grpc.pb.h"
 #include "trust/certificate.h"
+#include "trust/dial.h"
 #include "trust/openssl_handles.h"
 
 namespace tessera::control {
@@ -272,6 +276,30 @@ TEST_F(HttpsDoorTest, AnAddressHasSoManyConnectionsAndGetsThemBack) {
   HttpAnswer answer;
   for (int i = 0; i < 1000 && answer.status == 0; ++i) answer = Post("/v1/other", {});
   EXPECT_EQ(answer.status, 404);
+}
+
+// The gRPC door for players shows whoever asks who plays: by name, not by account.
+TEST_F(HttpsDoorTest, StrangersAreShownNoAccounts) {
+  const host::TemporaryFolder folder;
+  const std::string fingerprint = trust::ReadCertificate(authority_.certificate)->fingerprint;
+  const auto server =
+      GrpcServer::Start({.socket = folder.path() + "/control.sock", .operators = {}, .players = "127.0.0.1:0"},
+                        Authority{.signer = authority_, .fingerprint = fingerprint}, *plane_, metrics_);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const std::string id = Instance();
+  ASSERT_EQ(Post("/v1/join", {{"ticket", game_.MakeText("ada", Time())}, {"instance", id}}).status, 200);
+  v1::GetInstanceRequest request;
+  request.set_id(id);
+  const auto shown = [&](const std::string& address) {
+    v1::GetInstanceResponse response;
+    grpc::ClientContext context;
+    const auto channel = trust::Dial(address, {}, grpc::ChannelArguments());
+    EXPECT_TRUE(v1::InstanceService::NewStub(*channel)->GetInstance(&context, request, &response).ok());
+    return response.instance().player_list(0);
+  };
+  EXPECT_EQ(shown((*server)->players() + "#" + fingerprint).name(), "name of ada");
+  EXPECT_EQ(shown((*server)->players() + "#" + fingerprint).player_id(), "");
+  EXPECT_EQ(shown((*server)->socket()).player_id(), "ada");
 }
 
 TEST_F(HttpsDoorTest, ItEndsWhileAJoinWaitsForItsWorld) {

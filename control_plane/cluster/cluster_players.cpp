@@ -33,6 +33,9 @@ absl::StatusOr<std::optional<trust::Ticket>> Cluster::TakeTicket(Now now, const 
   absl::StatusOr<trust::Ticket> ticket = tickets_.Check(request.ticket(), instance.record, now);
   if (!ticket.ok()) return ticket.status();
   if (absl::Status status = bans_.Check(instance.record.id(), ticket->player_id); !status.ok()) return status;
+  if (!request.viewer() && FindPlayer(instance.record, ticket->player_id) == 0) {
+    if (absl::Status status = CheckRoom(instance.record); !status.ok()) return status;
+  }
   if (absl::Status status = tickets_.Use(*ticket, now); !status.ok()) return status;
   return std::optional(*std::move(ticket));
 }

@@ -1,8 +1,11 @@
 // Players with tickets, guests, and who is sent away, under a virtual clock.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "control_plane/testing/cluster_harness.h"
 #include "control_plane/testing/fake_backend.h"
+#include "core/world/limits.h"
 
 namespace tessera::control {
 namespace {
@@ -21,6 +24,8 @@ class ClusterPlayersTest : public ::testing::Test {
   }
   std::string Running(bool guests) {
     InstancePlan plan = TestPlan(2);
+    plan.properties.emplace_back().set_name("team");
+    plan.properties.back().set_text("none");
     plan.guests = guests;
     const std::string id = Create(harness_, plan);
     harness_.Pump();
@@ -78,6 +83,43 @@ TEST_F(ClusterPlayersTest, ATicketsNameIdAndPropertiesAreThePlayers) {
   const v1::WorkerOrder& order = harness_.agents.at("alpha").fake.workers.at({id_, 1}).order;
   EXPECT_EQ(order.players(0).name(), "name of ada");
   EXPECT_TRUE(order.players(0).player_id().empty()) << "hosts need not know who plays";
+}
+
+TEST_F(ClusterPlayersTest, PropertiesGoToTheRegionThatMakesTheBodyAlone) {
+  trust::Ticket ticket = game_.Make("ada", harness_.now);
+  ticket.properties = {{"team", std::string("red")}};
+  ASSERT_TRUE(Join(id_, game_.Sign(ticket)).ok());
+  harness_.Pump();
+  const auto player_in = [&](std::uint32_t region) {
+    return harness_.agents.at("alpha").fake.workers.at({id_, region}).order.players(0);
+  };
+  const std::uint32_t maker = PlayerAt(id_, 0).spawn_region();
+  ASSERT_EQ(player_in(maker).properties_size(), 1);
+  EXPECT_EQ(player_in(maker).properties(0).text(), "red");
+  EXPECT_EQ(player_in(3 - maker).properties_size(), 0);
+}
+
+// A host may run many regions of one instance, and their orders are one message.
+TEST_F(ClusterPlayersTest, AFullInstancesOrdersAreBounded) {
+  for (std::uint32_t i = 0; i < kMaxPlayers; ++i) {
+    trust::Ticket ticket = game_.Make(std::string(60, 'p') + std::to_string(i), harness_.now);
+    ticket.player_id.resize(trust::kMaxTicketPlayerId, 'p');
+    ticket.name = std::string(32, 'n');
+    ticket.properties = {{"team", std::string(63, 'v')}};
+    ASSERT_TRUE(Join(id_, game_.Sign(ticket)).ok()) << i;
+  }
+  const std::string one_more = game_.MakeText("one more", harness_.now);
+  const absl::Status full = Join(id_, one_more).status();
+  EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted) << full;
+  EXPECT_TRUE(Join(Running(false), one_more).ok()) << "it was not used";
+  trust::Ticket back = game_.Make("ada", harness_.now);
+  back.player_id = PlayerAt(id_, 0).player_id();
+  EXPECT_TRUE(Join(id_, game_.Sign(back)).ok()) << "who is there has a place";
+  harness_.Pump();
+  const auto& workers = harness_.agents.at("alpha").fake.workers;
+  const std::size_t one = workers.at({id_, 1}).order.ByteSizeLong(), other = workers.at({id_, 2}).order.ByteSizeLong();
+  EXPECT_LT(std::max(one, other), 160U * kMaxPlayers);
+  EXPECT_LT(harness_.cluster().state().FindInstance(id_)->record.ByteSizeLong(), 300U * kMaxPlayers);
 }
 
 TEST_F(ClusterPlayersTest, APlayerComesBackByANewTicketAsTheSame) {

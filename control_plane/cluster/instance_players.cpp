@@ -37,13 +37,6 @@ absl::Status CheckOpen(const records::Instance& record, bool viewer) {
   return absl::OkStatus();
 }
 
-// For one more. Who comes back has a place.
-absl::Status CheckRoom(const records::Instance& record) {
-  const int present = PlayersPresent(record);
-  if (present < static_cast<int>(kMaxPlayers)) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat("instance_id: ", record.id(), " is full: ", present, " players"));
-}
-
 std::span<const std::uint8_t> BytesOf(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
@@ -148,6 +141,12 @@ std::set<std::uint32_t> Connected(const InstanceEntry& instance) {
 }  // namespace
 
 // --- Joining.
+
+absl::Status CheckRoom(const records::Instance& record) {
+  const int present = PlayersPresent(record);
+  if (present < static_cast<int>(kMaxPlayers)) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("instance_id: ", record.id(), " is full: ", present, " players"));
+}
 
 absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstanceRequest& request) {
   if (absl::Status status = CheckPlayerName(request.player_name()); !status.ok()) return status;

@@ -84,6 +84,8 @@ class InstancePlayers {
 // UNAUTHENTICATED unless the request may be made without a ticket: the instance takes guests, or it shows a credential,
 // or it is a viewer's and not a stranger's. INVALID_ARGUMENT: it shows a ticket, and what does not go with one.
 absl::Status CheckGuest(const records::Instance& record, const v1::JoinInstanceRequest& request, bool stranger);
+// RESOURCE_EXHAUSTED unless there is room for one more. Who comes back has a place.
+absl::Status CheckRoom(const records::Instance& record);
 // The number of the player who is there, by the id of its ticket; 0: none.
 std::uint32_t FindPlayer(const records::Instance& record, const std::string& player_id);
 // The id of the player with this number. NOT_FOUND: it is not there; FAILED_PRECONDITION: it is a guest, and has none.

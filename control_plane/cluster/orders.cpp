@@ -71,7 +71,11 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
     if (peer.region != placement.region() && peer.bound()) *order.add_peers() = peer.report.address();
   }
   *order.mutable_players() = record.players();
-  for (v1::Player& player : *order.mutable_players()) player.clear_player_id();  // hosts need not know who plays
+  for (v1::Player& player : *order.mutable_players()) {
+    player.clear_player_id();  // hosts need not know who plays
+    // The region that makes the body needs them, and no other: orders of all regions would grow by them.
+    if (player.spawn_region() != placement.region()) player.clear_properties();
+  }
   order.set_run(record.run());
   order.set_stop(!WantsWorkers(record.state()));
   order.set_snapshot_rate_hz(record.snapshot_rate_hz());

@@ -23,6 +23,7 @@ std::string UsedTicketKey(const std::string& issuer, const std::string& player_i
 }
 
 absl::Status TicketRefused(const std::string& why) { return absl::UnauthenticatedError("ticket: " + why); }
+absl::Status OldTicket() { return TicketRefused("it was used, or a newer one of its player was"); }
 
 absl::Status CheckTicketProperties(const trust::Ticket& ticket, const records::Instance& record) {
   std::vector<PropertyDef> defs;
@@ -40,6 +41,19 @@ absl::Status CheckTicketProperties(const trust::Ticket& ticket, const records::I
 }
 
 }  // namespace
+
+absl::Status CheckSignature(const trust::ShownTicket& shown, const records::Issuer* issuer) {
+  if (issuer == nullptr) return TicketRefused("no issuer of this cluster has its key");
+  trust::TicketPublicKey key{};
+  std::copy_n(issuer->public_key().begin(), key.size(), key.begin());
+  if (trust::IsSignedBy(shown, key)) return absl::OkStatus();
+  return TicketRefused(absl::StrCat("issuer ", issuer->name(), " has not signed it"));
+}
+
+bool Tickets::IsOld(const records::Issuer& issuer, const trust::Ticket& ticket) const {
+  const auto known = used_.find(UsedTicketKey(issuer.name(), ticket.player_id));
+  return known != used_.end() && ticket.number <= known->second.number;
+}
 
 absl::Status Tickets::Load(Now now) {
   const auto entries = state_.ListStored(kTicketPrefix);
@@ -60,11 +74,9 @@ absl::StatusOr<trust::Ticket> Tickets::Check(const std::string& text, const reco
   if (!shown.ok()) return shown.status();
   trust::Ticket& ticket = shown->ticket;
   const records::Issuer* issuer = issuers_.Find(ticket.key);
-  if (issuer == nullptr) return TicketRefused("no issuer of this cluster has its key");
-  trust::TicketPublicKey key{};
-  std::copy_n(issuer->public_key().begin(), key.size(), key.begin());
-  if (!trust::IsSignedBy(*shown, key))
-    return TicketRefused(absl::StrCat("issuer ", issuer->name(), " has not signed it"));
+  // A copy is the cheapest to send, so it is to be the cheapest to refuse.
+  if (issuer != nullptr && IsOld(*issuer, ticket)) return OldTicket();
+  if (absl::Status status = CheckSignature(*shown, issuer); !status.ok()) return status;
   if (!std::equal(ticket.cluster.begin(), ticket.cluster.end(), issuers_.cluster_id().begin(),
                   issuers_.cluster_id().end(),
                   [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); })) {
@@ -85,11 +97,9 @@ absl::StatusOr<trust::Ticket> Tickets::Check(const std::string& text, const reco
 absl::Status Tickets::Use(const trust::Ticket& ticket, Now now) {
   const records::Issuer* issuer = issuers_.Find(ticket.key);
   if (issuer == nullptr) return TicketRefused("no issuer of this cluster has its key");
+  if (IsOld(*issuer, ticket)) return OldTicket();
   const std::string key = UsedTicketKey(issuer->name(), ticket.player_id);
   const auto known = used_.find(key);
-  if (known != used_.end() && ticket.number <= known->second.number) {
-    return TicketRefused("it was used, or a newer one of its player was");
-  }
   if (known == used_.end() && used_.size() >= kMaxUsedTickets) {
     return absl::ResourceExhaustedError(absl::StrCat("ticket: ", used_.size(), " were shown lately; try again later"));
   }

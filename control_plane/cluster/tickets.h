@@ -26,8 +26,8 @@ class Tickets {
 
   // DATA_LOSS names the key that cannot be read.
   absl::Status Load(Now now);
-  // Of a ticket that counts for the instance, all but that it is new. Errors begin with "ticket: ": INVALID_ARGUMENT,
-  // it is none; UNAUTHENTICATED, it does not count here or now.
+  // Of a ticket that counts for the instance, all but that it can be stored as used. Errors begin with "ticket: ":
+  // INVALID_ARGUMENT, it is none; UNAUTHENTICATED, it does not count here or now.
   absl::StatusOr<trust::Ticket> Check(const std::string& text, const records::Instance& record, Now now) const;
   // Uses up a ticket that Check has returned. UNAUTHENTICATED: it was, or a newer one; RESOURCE_EXHAUSTED: too many are
   // remembered.
@@ -44,10 +44,16 @@ class Tickets {
     Revision revision = kAbsent;
   };
 
+  bool IsOld(const records::Issuer& issuer, const trust::Ticket& ticket) const;
+
   ClusterState& state_;
   const Issuers& issuers_;
   std::map<std::string, Used> used_;                     // by key in the store
   std::deque<std::pair<Steady, std::string>> in_order_;  // each use, the oldest first
 };
+
+// Whether the issuer has signed it; null: no issuer has its key. It takes a while (70 us), so who has the record does
+// it before the cluster's lock is taken: forged tickets cost nobody else's time.
+absl::Status CheckSignature(const trust::ShownTicket& shown, const records::Issuer* issuer);
 
 }  // namespace tessera::control

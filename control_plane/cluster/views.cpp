@@ -117,6 +117,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
     view.mutable_borders()->set_ghost_depth(region::RegionSettings().ghost_depth);
   if (!record.borders().has_whole_up_to())
     view.mutable_borders()->set_whole_up_to(region::RegionSettings().whole_up_to);
+  view.set_guests(!record.no_guests());
   *view.mutable_create_time() = record.create_time();
   if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
   view.set_revision(static_cast<std::uint64_t>(instance.revision));
@@ -136,7 +137,6 @@ v1::Instance ViewOf(const ClusterState& state, const InstanceEntry& instance) {
   *view.mutable_checkpoints() = record.checkpoints();
   *view.mutable_map() = record.map();
   *view.mutable_player_list() = record.players();
-  view.set_guests(!record.no_guests());
   *view.mutable_properties() = record.properties();
   AddRegions(state, instance, view);
   return view;
