@@ -151,7 +151,7 @@ ClientState Client::state() const { return impl_->state; }
 absl::Status Client::reason() const { return impl_->reason; }
 bool Client::needs_new_grant() const { return impl_->needs_new_grant; }
 PlayerNumber Client::player() const { return impl_->Watches() ? PlayerNumber() : impl_->session.player; }
-BodyId Client::own_body() const { return impl_->Watches() ? BodyId() : PlayerBodyId(impl_->session.player); }
+BodyId Client::own_body() const { return impl_->Watches() ? BodyId() : impl_->Own(); }
 std::vector<std::uint8_t> Client::return_token() const {
   if (impl_->replay || impl_->Watches()) return {};
   return ReturnTokenOf(impl_->session.credentials);
@@ -203,7 +203,7 @@ ClientStats Client::Impl::Stats() const {
     stats.datagrams_lost += stats.regions.back().datagrams_lost;
     stats.decode_errors += stats.regions.back().decode_errors;
     stats.reconnects += stats.regions.back().reconnects;
-    const bool own = me.world.OwnerOf(PlayerBodyId(me.session.player)) == connection.region();
+    const bool own = me.world.OwnerOf(me.Own()) == connection.region();
     if (connection.welcomed() && (own || stats.round_trip_s == 0))
       stats.round_trip_s = stats.regions.back().round_trip_s;
   }

@@ -217,7 +217,7 @@ class Client {
   bool needs_new_grant() const;
 
   PlayerNumber player() const;  // 0: a viewer
-  BodyId own_body() const;      // 0: a viewer has none
+  BodyId own_body() const;      // that the inputs move: the player's, or one that the game gave; 0: a viewer has none
   // Makes its holder this player, until it leaves: to be kept where a later process of the game finds it. Secret. The
   // process that joins with it last plays; the others end.
   std::vector<std::uint8_t> return_token() const;

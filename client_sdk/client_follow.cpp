@@ -119,11 +119,11 @@ bool Client::Impl::Touches(RegionId region, double more_m) const {
   const Vec3d reach{radius, 0, radius};
   if (session.map.Reaches(region, {*centre - reach, *centre + reach})) return true;
   // The owner of the own body stays connected wherever the map has it: a handover may be under way.
-  return world.OwnerOf(PlayerBodyId(session.player)) == region;
+  return world.OwnerOf(Own()) == region;
 }
 
 std::optional<Vec3d> Client::Impl::OwnPosition() const {
-  const auto own = world.bodies().find(PlayerBodyId(session.player));
+  const auto own = world.bodies().find(Own());
   if (own != world.bodies().end()) return own->second.state.position;
   if (spectator_view) return spectator_view;
   if (!session.scene->player) return std::nullopt;

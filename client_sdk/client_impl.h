@@ -89,6 +89,8 @@ struct Client::Impl {
   bool Near(RegionId region, double more_m) const;
   bool Touches(RegionId region, double more_m) const;
   bool Watches() const { return IsViewer(session.player); }
+  // The body that the inputs move, or that stands aside while none does.
+  BodyId Own() const { return controlled == BodyId() ? PlayerBodyId(session.player) : controlled; }
   std::optional<Vec3d> OwnPosition() const;
   std::vector<RegionConnection>::iterator Drop(std::vector<RegionConnection>::iterator connection);
   void CheckProgress(TimePoint now);
@@ -168,6 +170,7 @@ struct Client::Impl {
 
   CommandQueue commands;
   EventInbox inbox;
+  BodyId controlled;                    // another body, which the inputs move; 0: none
   std::optional<Vec3d> spectator_view;  // while the own body is out of the world
 
   std::optional<Recorder> recorder;

@@ -40,7 +40,7 @@ void Client::Impl::MakeInputs(TimePoint now) {
   const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();
   const bool ending = character && last_steering_input != 0 && next_input - last_steering_input < kEndingInputs;
   const bool steers = IsSteering() || ending;
-  const auto own = world.bodies().find(PlayerBodyId(session.player));
+  const auto own = world.bodies().find(Own());
   const bool predicted = predictor && own != world.bodies().end() && !AtRest(own->second.state);
   if (!started || clock.paused || (!steers && !predicted)) {
     input_clock.Stop();
@@ -54,7 +54,7 @@ void Client::Impl::MakeInputs(TimePoint now) {
 
 void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection,
                                const replication::ReceivedSnapshot& snapshot) {
-  const BodyId body = PlayerBodyId(session.player);
+  const BodyId body = Own();
   const auto own = world.bodies().find(body);
   if (own == world.bodies().end() || own->second.region != connection.region()) return;
   if (applied && snapshot.tick <= applied->tick) return;
@@ -67,7 +67,7 @@ void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection
 
 void Client::Impl::Correct() {
   if (!predictor) return;
-  if (!world.bodies().contains(PlayerBodyId(session.player))) predictor->Forget();
+  if (!world.bodies().contains(Own())) predictor->Forget();
   if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
   correct_to.reset();
 }
@@ -98,7 +98,8 @@ void Client::Impl::SendInputs(TimePoint now) {
   const bool due = inputs.Due(now, std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz));
   for (RegionConnection& connection : connections) {
     const auto is_its_own = [&](BodyId body) {
-      return world.OwnerOf(body).value_or(connection.region()) == connection.region();
+      const BodyId moved = body == PlayerBodyId(session.player) ? Own() : body;
+      return world.OwnerOf(moved).value_or(connection.region()) == connection.region();
     };
     Sent(connection.Send(now, network, due ? inputs.Select(is_its_own) : std::vector<PlayerInput>()));
   }

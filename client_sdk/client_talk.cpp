@@ -34,6 +34,11 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
   if (any) commands.EventsCame();
   if (news.spectating && !IsFinite(news.view)) return connection.CountError();
   spectator_view = news.spectating ? std::optional(news.view) : std::nullopt;
+  const BodyId moved(news.controlled_body);
+  const bool known = moved == BodyId() || !predictor || predictor->Knows(moved);
+  if (WrongField(news.limits) != nullptr || !known) return connection.CountError();
+  if (predictor) predictor->Follow(moved == BodyId() ? PlayerBodyId(session.player) : moved, news.limits);
+  controlled = moved;
 }
 
 void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::CommandRefusal& refusal) {
@@ -50,7 +55,7 @@ void Client::Impl::SendCommands(TimePoint now) {
   if (!any_welcomed) inbox.AllLost();
   if (!any_welcomed || !commands.Due(now)) return;
   const net::Bytes bytes = commands.Write(now, inbox.last());
-  const BodyId own = PlayerBodyId(session.player);
+  const BodyId own = Own();
   for (RegionConnection& connection : connections) {
     if (world.OwnerOf(own).value_or(connection.region()) != connection.region()) continue;
     Sent(connection.SendCommands(now, network, bytes));

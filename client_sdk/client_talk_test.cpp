@@ -148,5 +148,20 @@ TEST_F(ClientTalkTest, KnowsTheNamesOfPlayersInSightAndWhereItLooksFrom) {
   EXPECT_EQ(*client->spectator_view(), (Vec3d{0, 20, 0}));
 }
 
+TEST_F(ClientTalkTest, TheOwnBodyIsTheOneThatInputsMove) {
+  Make(1);
+  Join();
+  Play();
+  const BodyId own = client->own_body();
+  v1::PlayerNews news = News(1, 0, 0);
+  news.set_controlled_body(1);
+  instance->regions[0]->TellNews(news);
+  ASSERT_TRUE(Until([&] { return client->own_body() == BodyId(1); }));
+  EXPECT_FALSE(client->spectator_view().has_value());
+  news.clear_controlled_body();
+  instance->regions[0]->TellNews(news);
+  ASSERT_TRUE(Until([&] { return client->own_body() == own; }));
+}
+
 }  // namespace
 }  // namespace tessera::client

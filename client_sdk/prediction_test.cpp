@@ -432,5 +432,38 @@ TEST(PredictionTest, KnowsWhatAGameChangedOfTheOwnBody) {
   EXPECT_EQ(predictor.own().position, Vec3d(0, 5, 0));
 }
 
+// A game gave the player another body to move, and then limits.
+TEST(PredictionTest, FollowsTheBodyThatInputsMoveWithinTheLimitsOfTheGame) {
+  constexpr BodyId kCar{2};
+  Predictor predictor(
+      SceneOf("bodies { id: 2 mass: 4 pose { position { y: 9 } } shape { sphere { radius: 0.5 } } }", kRolledBall),
+      kPlayer);
+  EXPECT_TRUE(predictor.Knows(kCar) && predictor.Knows(kOwn));
+  EXPECT_FALSE(predictor.Knows(BodyId(1)) || predictor.Knows(BodyId(77)) ||
+               predictor.Knows(PlayerBodyId(PlayerNumber(9))));
+  SeenBody car{kCar, RegionId(1), Epoch(1), Tick(10), {}};
+  car.state.position = {0, 9, 0};
+  const auto speed_after_six = [&](const PlayerLimits& limits, std::uint64_t tick, std::uint32_t first) {
+    predictor.Follow(kCar, limits);
+    car.tick = Tick(tick);
+    predictor.Correct(Tick(tick), first - 1, {{kCar, car}});
+    for (std::uint32_t i = first; i < first + 6; ++i) {
+      PlayerInput input;
+      input.number = i;
+      input.player = kPlayer;
+      input.body = kOwn;
+      input.force_n = {8, 0, 0};
+      predictor.Add(input);
+    }
+    return predictor.own().linear_velocity.x;
+  };
+  const float free = speed_after_six({}, 10, 1);
+  EXPECT_NEAR(free, 6 * 8 / 4.0 / kHz, 0.02) << "a force fades a little as the body gets faster";
+  const float limited = speed_after_six({4.0F, {}, {}, {1, 1, 1}}, 20, 7);
+  EXPECT_NEAR(limited, free / 2, 0.01);
+  predictor.Follow(kOwn, {});
+  EXPECT_FALSE(predictor.running()) << "until the region reports the own body again";
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -76,17 +76,29 @@ double Speed(const BodyState& state) { return Length(Vec3d(state.linear_velocity
 }  // namespace
 
 Predictor::Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player)
-    : catalog_(std::move(scene)), own_def_(catalog_.MakePlayer(player)), tick_s_(1.0 / catalog_.scene().tick_rate_hz) {
+    : catalog_(std::move(scene)),
+      player_def_(catalog_.MakePlayer(player)),
+      own_def_(player_def_),
+      tick_s_(1.0 / catalog_.scene().tick_rate_hz) {
   for (const BodyDef& def : catalog_.scene().bodies) {
     if (def.path != nullptr) paths_.push_back(&def);
   }
 }
 
 const BodyDef* Predictor::DefOf(BodyId id) const {
-  return IsPlayerBody(id) ? &own_def_ : catalog_.Find(id);  // players look alike
+  return IsPlayerBody(id) ? &player_def_ : catalog_.Find(id);  // players look alike
 }
 
 Tick Predictor::tick() const { return base_tick_.value_or(Tick()) + simulated_; }
+
+void Predictor::Follow(BodyId own, const PlayerLimits& limits) {
+  limits_ = limits;
+  if (own == own_def_.id) return;
+  Forget();
+  own_def_ = *DefOf(own);
+  own_def_.id = own;
+  own_radius_m_ = 0;
+}
 
 void Predictor::Forget() {
   base_tick_.reset();
@@ -245,11 +257,15 @@ physics::CharacterDrive Predictor::DriveOf(BodyId id, const Body& body, const Pl
   const PlayerRules& rules = *scene.player;
   physics::CharacterDrive drive;
   if (rules.character.has_value() && IsPlayerBody(id)) {
-    const PlayerInput does = id == own_def_.id ? input : GoingOn(*rules.character, body.now);
-    drive = physics::DriveCharacter(*world_, id, rules, scene.gravity_m_s2, does, tick_s_);
+    const bool own = id == own_def_.id;
+    const PlayerInput does = own ? input : GoingOn(*rules.character, body.now);
+    const auto drive_by = [&](const PlayerRules& by) {
+      return physics::DriveCharacter(*world_, id, by, scene.gravity_m_s2, does, tick_s_);
+    };
+    drive = own && !limits_.empty() ? drive_by(RulesWith(rules, limits_)) : drive_by(rules);
   } else if (id == own_def_.id) {
-    drive.force_n = region::LimitedForce(rules, input.force_n, body.now.linear_velocity);
-    drive.torque_nm = region::LimitedTorque(rules, own_radius_m_, input.torque_nm, body.now.angular_velocity);
+    drive.force_n = region::LimitedForce(rules, input.force_n, body.now.linear_velocity, limits_);
+    drive.torque_nm = region::LimitedTorque(rules, own_radius_m_, input.torque_nm, body.now.angular_velocity, limits_);
   }
   if (!scene.fields.empty() && !body.now.asleep) {
     drive.force_n += Vec3f(region::FieldAcceleration(scene.fields, body.now) * world_->MassOf(id));

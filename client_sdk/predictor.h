@@ -25,6 +25,7 @@
 #include "core/physics/world.h"
 #include "core/region/catalog.h"
 #include "core/replication/input.h"
+#include "core/world/player_limits.h"
 
 namespace tessera::client {
 
@@ -41,6 +42,10 @@ class Predictor {
 
   Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player);
 
+  // Whether it could be the own body: the player's, or one of the scene that moves.
+  bool Knows(BodyId id) const { return IsPlayerBody(id) ? id == player_def_.id : catalog_.Known(id); }
+  // The inputs move this body from now on, within these limits. Requires Knows(own).
+  void Follow(BodyId own, const PlayerLimits& limits);
   // `bodies` holds the own body's state at `tick`, after the input `last_input`. An older state is ignored.
   void Correct(Tick tick, std::uint32_t last_input, const std::map<BodyId, SeenBody>& bodies);
   // An input for the own body; numbers ascend.
@@ -82,7 +87,9 @@ class Predictor {
   }
 
   region::Catalog catalog_;
-  BodyDef own_def_;
+  BodyDef player_def_;  // of the player's own body
+  BodyDef own_def_;     // of the body that the inputs move
+  PlayerLimits limits_;
   double tick_s_;
   std::unique_ptr<physics::World> world_;
   Vec3d origin_;

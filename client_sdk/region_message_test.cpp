@@ -120,7 +120,13 @@ TEST(RegionMessageTest, NewsOfAPlayerIsReadAsItWasWritten) {
   v1::GameEvent& event = *news.add_events();
   event.set_name("score");
   event.set_values(std::string("\0\xff\1", 3));
+  news.set_controlled_body(std::uint64_t{1} << 40);
+  news.mutable_limits()->set_force_n(0);
+  news.mutable_limits()->set_speed_m_s(2.5);
+  news.mutable_limits()->set_axis_x(1);
   const auto read = Read<replication::NewsOfPlayer>(message);
+  EXPECT_EQ(read.controlled_body, std::uint64_t{1} << 40);
+  EXPECT_EQ(read.limits, (PlayerLimits{.force_n = 0.F, .torque_nm = {}, .speed_m_s = 2.5F, .axes = {1, 0, 0}}));
   EXPECT_EQ(read.last_command, 5u);
   EXPECT_EQ(read.last_event, 9u);
   EXPECT_EQ(read.epoch, 77u);

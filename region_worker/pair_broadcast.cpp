@@ -69,6 +69,7 @@ void PairBroadcast::AfterTick(const region::Region& region, std::span<const phys
     std::optional<std::vector<PlacedPair>>& pairs = whole ? touching : changed;
     if (!pairs) pairs = Placed(region, whole ? region.touching() : events, whole);
     const BodyId own = PlayerBodyId(client.player);
+    const BodyId moved = region.MovedBy(client.player);
     const TeamId team = region.Owns(own)    ? region.AudienceOf(own).team
                         : places != nullptr ? places->TeamAt(client.player, region.tick())
                                             : 0;
@@ -76,7 +77,7 @@ void PairBroadcast::AfterTick(const region::Region& region, std::span<const phys
     v1::RegionControl message;
     v1::PairEvents& sent = *message.mutable_pair_events();
     for (const PlacedPair& pair : *pairs) {
-      const bool concerns = !centre || !pair.place || pair.event.body_a == own || pair.event.body_b == own ||
+      const bool concerns = !centre || !pair.place || pair.event.body_a == moved || pair.event.body_b == moved ||
                             Length(*pair.place - *centre) <= reach_m_;
       const bool shown = (pair.event.body_a == own || MaySee(pair.a.visible_to, pair.a.team, team)) &&
                          (pair.event.body_b == own || MaySee(pair.b.visible_to, pair.b.team, team));

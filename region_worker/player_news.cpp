@@ -7,6 +7,20 @@
 #include "core/game/player_record.h"
 
 namespace tessera::worker {
+namespace {
+
+void PutLimits(const PlayerLimits& limits, v1::PlayerNews& news) {
+  if (limits.empty()) return;
+  v1::PlayerLimits& out = *news.mutable_limits();
+  if (limits.force_n) out.set_force_n(*limits.force_n);
+  if (limits.torque_nm) out.set_torque_nm(*limits.torque_nm);
+  if (limits.speed_m_s) out.set_speed_m_s(*limits.speed_m_s);
+  out.set_axis_x(limits.axes.x);
+  out.set_axis_y(limits.axes.y);
+  out.set_axis_z(limits.axes.z);
+}
+
+}  // namespace
 
 std::optional<v1::RegionControl> NewsFor(const region::Region& region, PlayerNumber player,
                                          std::optional<SentNews>& sent) {
@@ -27,9 +41,11 @@ std::optional<v1::RegionControl> NewsFor(const region::Region& region, PlayerNum
   const auto body = std::ranges::lower_bound(owned, PlayerBodyId(player), {},
                                              [](const region::OwnedBody& one) { return one.def->id; });
   std::optional<Vec3d> view;
-  if (talk->stage == game::PlayerStage::kSpectating) view = body->state.position;
+  const BodyId controlled = talk->driven();
+  const bool aside = talk->hidden() && controlled == BodyId();  // also on the way to another body
+  if (aside) view = body->state.position;
   if (!first && sent->last_command == talk->last_command && sent->last_event == talk->last_event &&
-      sent->view == view) {
+      sent->view == view && sent->controlled == controlled && sent->limits == talk->limits) {
     return std::nullopt;
   }
   v1::PlayerNews& news = *message.mutable_player_news();
@@ -49,7 +65,9 @@ std::optional<v1::RegionControl> NewsFor(const region::Region& region, PlayerNum
     news.set_view_y(view->y);
     news.set_view_z(view->z);
   }
-  *sent = {talk->last_command, talk->last_event, view};
+  news.set_controlled_body(controlled.value());
+  PutLimits(talk->limits, news);
+  *sent = {talk->last_command, talk->last_event, view, controlled, talk->limits};
   return message;
 }
 

@@ -1,5 +1,5 @@
 // PlayerNewsFeed: sends the client of each player whose body a region owns what the game has for it: which commands are
-// taken for good, events, where a spectator looks from, and that the game has ended its session.
+// taken for good, events, which body it moves, where a spectator looks from, and that the game has ended its session.
 //
 // A connection is sent what is new to it, by ENet, in order; all that waits when the body comes to be owned here, since
 // what the last owner sent may be lost with its connection. The client passes over what it has.
@@ -15,6 +15,7 @@
 
 #include "core/region/region.h"
 #include "core/world/math.h"
+#include "core/world/player_limits.h"
 #include "net/endpoint.h"
 #include "region_worker/game_port.h"
 #include "region_worker/worker_metrics.h"
@@ -26,6 +27,8 @@ namespace tessera::worker {
 struct SentNews {
   std::uint32_t last_command = 0, last_event = 0;
   std::optional<Vec3d> view;
+  BodyId controlled;
+  PlayerLimits limits;
   bool ended = false;
 };
 

@@ -16,10 +16,11 @@ namespace {
 
 using game::GameCalls;
 using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 
 constexpr PlayerNumber kAda{1};
 constexpr BodyId kAdasBody = PlayerBodyId(kAda);
+
+constexpr BodyId kCar{1};
 
 std::shared_ptr<const Scene> AdasWorld() {
   auto scene = std::make_shared<Scene>();
@@ -30,6 +31,11 @@ std::shared_ptr<const Scene> AdasWorld() {
   player.body.shape = std::make_shared<const Shape>(Shape{SphereShape{0.5}});
   player.spawn_points = {{5, 0, 0}};
   player.max_speed_m_s = 1;
+  BodyDef car;
+  car.id = kCar;
+  car.shape = player.body.shape;
+  car.initial.position = {-5, 0, 0};
+  scene->bodies.push_back(car);
   return scene;
 }
 
@@ -134,20 +140,56 @@ TEST_F(PlayerNewsTest, TheEndOfASessionIsSaidOnce) {
 }
 
 TEST_F(PlayerNewsTest, ASpectatorIsSeenByNobodyUntilItComesBack) {
-  EXPECT_THAT(seen_, ElementsAre(kAdasBody));
+  EXPECT_THAT(seen_, ElementsAre(kCar, kAdasBody));
   (void)News();
   Do(game::kPlayerSpectate, {Vec3d{1, 20, 3}});
-  EXPECT_THAT(seen_, IsEmpty());
+  EXPECT_THAT(seen_, ElementsAre(kCar));
   const std::optional<v1::RegionControl> news = News();
   ASSERT_TRUE(news.has_value());
   EXPECT_TRUE(news->player_news().spectating());
   EXPECT_EQ(news->player_news().view_y(), 20);
   for (int i = 0; i < 5; ++i) Tick();
-  EXPECT_THAT(seen_, IsEmpty());
+  EXPECT_THAT(seen_, ElementsAre(kCar));
   Do(game::kPlayerRespawn, {Vec3d{1, 1, 1}});
   Tick();
-  EXPECT_THAT(seen_, ElementsAre(kAdasBody));
+  EXPECT_THAT(seen_, ElementsAre(kCar, kAdasBody));
   EXPECT_FALSE(News()->player_news().spectating());
+}
+
+TEST_F(PlayerNewsTest, WhoMovesAnotherBodyIsToldWhichAndIsNotSeen) {
+  (void)News();
+  Do(game::kPlayerControl, {kCar});
+  EXPECT_FALSE(News().has_value()) << "not yet";
+  Tick();
+  Tick();
+  const std::optional<v1::RegionControl> news = News();
+  ASSERT_TRUE(news.has_value());
+  EXPECT_EQ(news->player_news().controlled_body(), kCar.value());
+  EXPECT_FALSE(news->player_news().spectating());
+  EXPECT_THAT(seen_, ElementsAre(kCar));
+  EXPECT_EQ(region_->MovedBy(kAda), kCar);
+  Do(game::kPlayerRespawn, {Vec3d{1, 1, 1}});
+  EXPECT_EQ(News()->player_news().controlled_body(), 0U);
+}
+
+TEST_F(PlayerNewsTest, LimitsOfTheGameAreTold) {
+  (void)News();
+  game_.On(game::kOnTick, "", [](GameCalls& calls, game::ScriptedGame::Arguments) {
+    const game::GameValue speed{2.5};
+    const tessera_game_field field{"speed", 5, game::ToInterface(speed)};
+    tessera_game_value table{};
+    table.type = TESSERA_GAME_FIELDS;
+    table.count = 1;
+    table.as.fields = &field;
+    const tessera_game_value arguments[] = {game::ToInterface(game::GameValue(kAda)), table};
+    return calls.CallRaw(game::kPlayerSetLimits, arguments);
+  });
+  Tick();
+  const std::optional<v1::RegionControl> news = News();
+  ASSERT_TRUE(news.has_value() && news->player_news().has_limits());
+  EXPECT_EQ(news->player_news().limits().speed_m_s(), 2.5F);
+  EXPECT_FALSE(news->player_news().limits().has_force_n());
+  EXPECT_EQ(news->player_news().limits().axis_y(), 1);
 }
 
 }  // namespace

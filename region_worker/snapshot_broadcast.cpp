@@ -126,10 +126,11 @@ std::vector<SnapshotBroadcast::Recipient> SnapshotBroadcast::Recipients(const Ga
 replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, const PlayerPlaces* places,
                                                   const ConnectedClient& client) const {
   if (IsViewer(client.player)) return {.budget_share = kViewerBytes_per_s / settings_.client_bytes_per_s};
-  replication::ClientView view{.centre = {}, .own = PlayerBodyId(client.player)};
+  const BodyId own = PlayerBodyId(client.player);
+  replication::ClientView view{.centre = {}, .own = region.MovedBy(client.player)};
   view.centre = feed_.PlaceOf(view.own);
   const bool here = view.centre.has_value();
-  view.team = feed_.TeamOf(view.own);
+  view.team = view.own == own ? feed_.TeamOf(own) : region.AudienceOf(own).team;
   if (!here && places != nullptr) {
     view.centre = places->At(client.player, region.tick());
     view.team = places->TeamAt(client.player, region.tick());

@@ -183,6 +183,21 @@ EventOfGame EventFrom(WireReader& in) {
   return event;
 }
 
+PlayerLimits LimitsFrom(WireReader& in) {
+  PlayerLimits limits;
+  limits.axes = {};  // a number that is 0 is left out
+  in.Message([&](WireReader& part) {
+    const auto real = [&part] { return static_cast<float>(part.Real()); };
+    if (part.field() == 1) limits.force_n = real();
+    if (part.field() == 2) limits.torque_nm = real();
+    if (part.field() == 3) limits.speed_m_s = real();
+    if (part.field() == 4) limits.axes.x = real();
+    if (part.field() == 5) limits.axes.y = real();
+    if (part.field() == 6) limits.axes.z = real();
+  });
+  return limits;
+}
+
 NewsOfPlayer NewsFrom(WireReader& in) {
   NewsOfPlayer news;
   in.Message([&](WireReader& part) {
@@ -194,6 +209,8 @@ NewsOfPlayer NewsFrom(WireReader& in) {
     if (part.field() == 6) news.view.y = part.Real();
     if (part.field() == 7) news.view.z = part.Real();
     if (part.field() == 8) news.epoch = part.U32();
+    if (part.field() == 9) news.controlled_body = part.U64();
+    if (part.field() == 10) news.limits = LimitsFrom(part);
   });
   return news;
 }

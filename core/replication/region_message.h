@@ -17,6 +17,7 @@
 #include "absl/status/statusor.h"
 #include "core/world/math.h"
 #include "core/world/partition_map.h"
+#include "core/world/player_limits.h"
 
 namespace tessera::replication {
 
@@ -105,6 +106,8 @@ struct NewsOfPlayer {
   std::vector<EventOfGame> events{};
   bool spectating = false;
   Vec3d view;
+  std::uint64_t controlled_body = 0;
+  PlayerLimits limits{};  // as they came: WrongField judges them
 };
 struct EndOfSession {
   std::string reason{};

@@ -331,6 +331,8 @@ TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint
                                               tessera_property* property);
 
 TESSERA_API uint32_t tessera_player(const tessera_client* client);
+/* The body that the player's inputs move: tessera_player_body of the player, or another one that the game gave, such as
+ * a vehicle. 0 for a viewer. */
 TESSERA_API uint64_t tessera_own_body(const tessera_client* client);
 /* Id of the body that a player has, whether it is in the world or not, and back; 0 for player 0, and for a body that is
  * no player's. */
