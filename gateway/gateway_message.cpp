@@ -216,6 +216,26 @@ std::string DetailMessage(const client::Client& client, BodyId body) {
   return Text(message);
 }
 
+PropertyValues ValuesOf(const client::Client& client, const std::string& property) {
+  PropertyValues values;
+  const std::vector<PropertyDef>& declared = client.scene().properties;
+  const bool known =
+      std::any_of(declared.begin(), declared.end(), [&](const auto& def) { return def.name == property; });
+  if (!known) return values;
+  for (const auto& [body, seen] : client.World()) {
+    if (const auto value = client.PropertyOf(body, property)) values[body] = Text(ValueOf(*value));
+  }
+  return values;
+}
+
+std::string ValuesMessage(const std::string& property, const PropertyValues& values) {
+  std::string list;
+  for (const auto& [body, value] : values) {
+    absl::StrAppend(&list, list.empty() ? "" : ",", "\"", body.value(), "\":", value);
+  }
+  return absl::StrCat(R"({"type":"values","property":)", Text(property), R"(,"values":{)", list, "}}");
+}
+
 std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text,
                           const std::string& needs) {
   Json message{{"type", "answer"},

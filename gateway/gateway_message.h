@@ -50,6 +50,11 @@ std::string EventsMessage(const std::vector<v1::InstanceEvent>& events);
 std::string MetMessage(const client::ClientEvent& event);
 // The body that a viewer has selected; it is gone where the client does not see it.
 std::string DetailMessage(const client::Client& client, BodyId body);
+// Values of one property, as JSON, by body.
+using PropertyValues = std::map<BodyId, std::string>;
+// Of all bodies that the client sees and that have the property; empty where the scene declares none of that name.
+PropertyValues ValuesOf(const client::Client& client, const std::string& property);
+std::string ValuesMessage(const std::string& property, const PropertyValues& values);
 // `needs`: the right that the order lacks, "token" or "key"; empty: none.
 std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text,
                           const std::string& needs = "");

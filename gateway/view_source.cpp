@@ -6,6 +6,11 @@
 #include "gateway/viewer_format.h"
 
 namespace tessera::gateway {
+namespace {
+
+constexpr std::chrono::milliseconds kKeepValues{200};
+
+}  // namespace
 
 ViewSource::ViewSource(std::unique_ptr<client::Client> client, std::shared_ptr<const SceneBook> book,
                        const std::string& instance, std::uint64_t generation)
@@ -15,7 +20,23 @@ ViewSource::ViewSource(std::unique_ptr<client::Client> client, std::shared_ptr<c
   feed_.welcome = EncodeWelcome(
       {.instance = instance, .own_body = client_->own_body(), .own_player = client_->player()}, client_->scene());
   feed_.detail = [this](BodyId body) { return client_ == nullptr ? "" : DetailMessage(*client_, body); };
+  feed_.values = [this](const std::string& property, client::TimePoint now) -> const PropertyValues& {
+    return Values(property, now);
+  };
   EncodeMap();
+}
+
+const PropertyValues& ViewSource::Values(const std::string& property, client::TimePoint now) {
+  static const PropertyValues kNone;
+  const auto known = values_.find(property);
+  if (known != values_.end() && now - known->second.at < kKeepValues) return known->second.values;
+  if (client_ == nullptr) return known == values_.end() ? kNone : known->second.values;
+  PropertyValues values = ValuesOf(*client_, property);
+  // What viewers ask for and the scene does not declare is not kept.
+  if (values.empty() && known == values_.end()) return kNone;
+  Taken& taken = values_[property];
+  taken = {.at = now, .values = std::move(values)};
+  return taken.values;
 }
 
 void ViewSource::Poll(client::TimePoint now) {

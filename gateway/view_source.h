@@ -52,6 +52,7 @@ class ViewSource {
 
  private:
   void EncodeMap();
+  const PropertyValues& Values(const std::string& property, client::TimePoint now);
 
   std::unique_ptr<client::Client> client_;
   PictureMaker maker_;
@@ -59,6 +60,12 @@ class ViewSource {
   std::map<RegionId, std::string> hosts_;
   bool connected_changed_ = true;
   std::string recording_ended_;
+  // By property, for all viewers that ask for it at about the same time.
+  struct Taken {
+    client::TimePoint at;
+    PropertyValues values;
+  };
+  std::map<std::string, Taken> values_;
 };
 
 }  // namespace tessera::gateway

@@ -212,7 +212,7 @@ absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text) {
   Fields in(message);
   const std::string type = in.String("type", kMaxNameBytes);
   absl::StatusOr<ViewerMessage> read =
-      absl::InvalidArgumentError("type: must be view, select, join, leave, steer, order, play or authorize");
+      absl::InvalidArgumentError("type: must be view, select, join, leave, steer, order, play, authorize or property");
   if (type == "view") read = ReadView(in);
   if (type == "select") read = Select{in.Body("body")};
   if (type == "join") read = ReadJoin(in);
@@ -221,6 +221,7 @@ absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text) {
   if (type == "order") read = ReadOrder(in);
   if (type == "play") read = ReadPlay(in);
   if (type == "authorize") read = ReadAuthorize(in);
+  if (type == "property") read = ShowProperty{in.String("name", kMaxNameBytes)};
   if (!in.status().ok()) return in.status();
   return read;
 }

@@ -28,6 +28,10 @@ struct SetView {
 struct Select {
   BodyId body{};  // 0: none
 };
+// The property whose values of all bodies are sent.
+struct ShowProperty {
+  std::string name;  // empty: none
+};
 struct JoinWorld {
   std::string name;
 };
@@ -76,7 +80,8 @@ struct Authorize {
   std::string token{}, key{};
 };
 
-using ViewerMessage = std::variant<SetView, Select, JoinWorld, LeaveWorld, Steer, Order, PlayControl, Authorize>;
+using ViewerMessage =
+    std::variant<SetView, Select, JoinWorld, LeaveWorld, Steer, Order, PlayControl, Authorize, ShowProperty>;
 
 // Errors: INVALID_ARGUMENT "rate_hz: must be a whole number from 1 to 60".
 absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text);

@@ -50,6 +50,8 @@ TEST(ViewerMessageTest, ReadsWhatAPlayerAndAnOperatorSend) {
   EXPECT_EQ(order.value, 80);
   EXPECT_EQ(NameOf(order.kind), "set_property");
   EXPECT_TRUE(Read<Order>(R"({"type":"order","number":4,"order":"record","on":true})").on);
+  EXPECT_EQ(Read<ShowProperty>(R"({"type":"property","name":"health"})").name, "health");
+  EXPECT_EQ(Read<ShowProperty>(R"({"type":"property"})").name, "");
   const auto authorize = Read<Authorize>(R"({"type":"authorize","number":5,"token":"tsa_1"})");
   EXPECT_EQ(authorize.number, 5u);
   EXPECT_EQ(authorize.token, "tsa_1");
@@ -67,7 +69,8 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot("{\"type\":\"view\""), "message: must be an object of JSON");
   EXPECT_EQ(WhyNot("\xff\xfe"), "message: must be an object of JSON");
   EXPECT_EQ(WhyNot(std::string(4000, '[')), "message: must be an object of JSON");
-  EXPECT_EQ(WhyNot(R"({"type":"dance"})"), "type: must be view, select, join, leave, steer, order, play or authorize");
+  EXPECT_EQ(WhyNot(R"({"type":"dance"})"),
+            "type: must be view, select, join, leave, steer, order, play, authorize or property");
   EXPECT_EQ(WhyNot(R"({"type":7})"), "type: must be a text of at most 64 bytes");
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":0})"), "rate_hz: must be a whole number from 1 to 60");
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":30.5})"), "rate_hz: must be a whole number from 1 to 60");

@@ -10,7 +10,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kDetailInterval{100}, kMetWindow{1000};
+constexpr milliseconds kDetailInterval{100}, kMetWindow{1000}, kValuesInterval{250};
+// Values in one message, some 20 kB of them: between them come the frames.
+constexpr std::size_t kMaxValues = 1000;
 // A world that stands still is shown again after so long, for its viewers to see that it is still shown.
 constexpr milliseconds kStillInterval{500};
 
@@ -49,6 +51,12 @@ std::optional<ViewerMessage> ViewerSession::Receive(std::string_view text, TimeP
     selected_ = select->body;
     last_detail_.clear();
     next_detail_ = now;
+    return std::nullopt;
+  }
+  if (const auto* show = std::get_if<ShowProperty>(&*message)) {
+    property_ = show->name;
+    sent_values_.clear();
+    next_values_ = now;
     return std::nullopt;
   }
   return *std::move(message);
@@ -118,6 +126,7 @@ std::optional<OutgoingMessage> ViewerSession::NextSetup() {
     map_number_ = 0;
     met_ = view_->met.end;
     encoder_.Begin();
+    sent_values_.clear();
     next_frame_ = {};
     return OutgoingMessage{true, view_->welcome};
   }
@@ -131,6 +140,29 @@ bool ViewerSession::DetailDue(TimePoint now) const {
   return selected_ != BodyId() && view_ != nullptr && generation_ != 0 && view_->detail && now >= next_detail_;
 }
 
+bool ViewerSession::ValuesDue(TimePoint now) const {
+  return !property_.empty() && view_ != nullptr && generation_ != 0 && generation_ == view_->generation &&
+         view_->values && now >= next_values_;
+}
+
+// Those that differ from what was sent; empty: none do.
+std::string ViewerSession::NewValues(TimePoint now) {
+  next_values_ = now + kValuesInterval;
+  const PropertyValues& values = view_->values(property_, now);
+  std::erase_if(sent_values_, [&](const auto& sent) { return !values.contains(sent.first); });
+  PropertyValues changed;
+  for (const auto& [body, value] : values) {
+    const auto sent = sent_values_.find(body);
+    if (sent != sent_values_.end() && sent->second == value) continue;
+    if (changed.size() == kMaxValues) {
+      next_values_ = now;
+      break;
+    }
+    changed[body] = sent_values_[body] = value;
+  }
+  return changed.empty() ? "" : ValuesMessage(property_, changed);
+}
+
 bool ViewerSession::TextDue(TimePoint now) const {
   if (problem_ || !answers_.empty()) return true;
   if (final_) return false;
@@ -138,7 +170,8 @@ bool ViewerSession::TextDue(TimePoint now) const {
                            news_->recording_number != recording_number_ || news_->play_number != play_number_)) {
     return true;
   }
-  return (view_ != nullptr && view_->generation == generation_ && view_->met.end != met_) || DetailDue(now);
+  return (view_ != nullptr && view_->generation == generation_ && view_->met.end != met_) || DetailDue(now) ||
+         ValuesDue(now);
 }
 
 std::optional<OutgoingMessage> ViewerSession::NextText(TimePoint now) {
@@ -182,6 +215,9 @@ std::optional<OutgoingMessage> ViewerSession::NextText(TimePoint now) {
     next_detail_ = now + kDetailInterval;
     std::string detail = view_->detail(selected_);
     if (!detail.empty() && detail != last_detail_) return SendText(last_detail_ = std::move(detail));
+  }
+  if (ValuesDue(now)) {
+    if (std::string values = NewValues(now); !values.empty()) return SendText(std::move(values));
   }
   return std::nullopt;
 }

@@ -57,6 +57,8 @@ struct ViewFeed {
   const Picture* picture = nullptr;  // the newest
   Lines<std::string> met;
   std::function<std::string(BodyId)> detail;
+  // Of the property, not older than some tenths of a second; until the next call.
+  std::function<const PropertyValues&(const std::string&, std::chrono::steady_clock::time_point)> values;
 };
 // What is known of the world as a whole.
 struct NewsFeed {
@@ -122,6 +124,8 @@ class ViewerSession {
   bool TextDue(TimePoint now) const;
   bool FrameDue(TimePoint now) const;
   bool DetailDue(TimePoint now) const;
+  bool ValuesDue(TimePoint now) const;
+  std::string NewValues(TimePoint now);
 
   const ViewFeed* view_ = nullptr;
   const NewsFeed* news_ = nullptr;
@@ -148,6 +152,9 @@ class ViewerSession {
   TimePoint next_frame_{}, next_detail_{}, last_frame_{}, met_window_{};
   std::size_t met_in_window_ = 0;
   std::string last_detail_;
+  std::string property_;        // of which values are sent; empty: of none
+  PropertyValues sent_values_;  // of the bodies that are there still
+  TimePoint next_values_{};
   std::uint64_t frames_ = 0, bad_messages_ = 0;
   ByteWriter frame_;
   std::string text_;

@@ -191,6 +191,45 @@ TEST_F(ViewerSessionTest, TheDetailOfASelectedBodyComesWhileItChanges) {
   EXPECT_EQ(texts_.size(), 2u) << "it has not changed";
 }
 
+TEST_F(ViewerSessionTest, ValuesOfAPropertyAreSentAsTheyChange) {
+  PropertyValues values{{BodyId(2), "80"}, {BodyId(3), "true"}};
+  view_.values = [&](const std::string& property, ViewerSession::TimePoint) -> const PropertyValues& {
+    EXPECT_EQ(property, "health");
+    return values;
+  };
+  Drain();
+  const auto sent = [&] {
+    texts_.clear();
+    now_ += 250ms;
+    Drain();
+    json all = json::object();
+    for (const json& text : texts_) {
+      if (text["type"] == "values") all.update(text["values"]);
+    }
+    return all;
+  };
+  EXPECT_EQ(sent(), json::object()) << "nobody asked";
+  Receive(R"({"type":"property","name":"health"})");
+  EXPECT_FALSE(asked_.has_value()) << "the session does it itself";
+  EXPECT_EQ(sent(), (json{{"2", 80}, {"3", true}}));
+  EXPECT_EQ(sent(), json::object()) << "nothing has changed";
+  values[BodyId(2)] = "79";
+  values.erase(BodyId(3));
+  EXPECT_EQ(sent(), (json{{"2", 79}}));
+  values[BodyId(3)] = "true";
+  EXPECT_EQ(sent(), (json{{"3", true}})) << "it is another one, that came back";
+  Begin(2);
+  EXPECT_EQ(sent(), (json{{"2", 79}, {"3", true}})) << "the picture begins anew";
+  Receive(R"({"type":"property"})");
+  values[BodyId(2)] = "1";
+  EXPECT_EQ(sent(), json::object());
+  // Thousands come in several messages.
+  for (std::uint64_t id = 10; id < 2510; ++id) values[BodyId(id)] = "0";
+  Receive(R"({"type":"property","name":"health"})");
+  EXPECT_EQ(sent().size(), 2502u);
+  EXPECT_GT(texts_.size(), 2u);
+}
+
 TEST_F(ViewerSessionTest, WhatIsForTheGatewayIsHandedOn) {
   Receive(R"({"type":"join","name":"ada"})");
   ASSERT_TRUE(asked_ && std::holds_alternative<JoinWorld>(*asked_));

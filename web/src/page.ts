@@ -57,7 +57,10 @@ export class Page implements SessionListener {
     this.detail = new DetailPanel(this.order, () => this.select(-1), () => this.toggleFollow());
     this.time = new TimeBar(this.order, (message) => this.session.send(message));
     this.tools = new Tools({
-      mode: (mode) => this.view.setMode(mode),
+      mode: (mode, property) => {
+        this.session.colourBy(property);
+        this.view.setMode(mode);
+      },
       borders: (on) => this.view.setBorders(on),
       contacts: (on) => (this.marks = on),
       shadows: (on) => this.view.setShadows(on),
@@ -81,7 +84,7 @@ export class Page implements SessionListener {
     const stage = h('div', { id: 'stage' }, this.canvas, this.labels.element, this.tools.element, this.detail.element, this.banner, this.toasts);
     root.append(bar, stage, this.room.element, this.time.element, this.list.element, this.right.element);
     try {
-      this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes);
+      this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes, this.session.values);
     } catch (error) {
       if (!(error instanceof NoWebGl)) throw error;
       root.replaceChildren(h('main', { id: 'worlds' }, h('h1', {}, 'This browser does not draw in 3D'), h('p', {}, 'The page needs WebGL 2. Turn on hardware acceleration in the settings of the browser, or use a newer Firefox, Chrome or Safari. Without it: tessera top shows the figures in a terminal.')));
@@ -162,6 +165,7 @@ export class Page implements SessionListener {
     if (this.fitted !== welcome.instance) this.view.setBounds(welcome.bounds);
     this.fitted = welcome.instance;
     this.tools.setPlaying(welcome.own_player > 0);
+    this.tools.setProperties(welcome.properties.map(({ name }) => name));
   }
 
   statics(message: BinaryMessage & { kind: Kind.statics }): void {
@@ -217,6 +221,11 @@ export class Page implements SessionListener {
     const toast = h('p', { class: ok ? 'ok' : 'bad' }, text);
     this.toasts.append(toast);
     window.setTimeout(() => toast.remove(), 1000 * TOAST_S);
+  }
+
+  valued(ids: string[], all: boolean): void {
+    this.view.valued(ids, all);
+    this.tools.showValues(this.session.values);
   }
 
   lacksToken(why: string, again: () => void): void {

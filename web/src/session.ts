@@ -7,6 +7,7 @@ import type { ShapeTable } from './view/geometry.ts';
 import { Bodies, type BodyListener } from './world/bodies.ts';
 import { Playout } from './world/playout.ts';
 import { Room } from './world/room.ts';
+import { Values } from './world/values.ts';
 
 const ANSWER_WAIT_S = 15;
 
@@ -20,6 +21,7 @@ export interface SessionListener extends BodyListener {
   linked(state: LinkState): void;
   said(message: JsonMessage): void;
   answered(text: string, ok: boolean): void;
+  valued(ids: string[], all: boolean): void;
   lacksToken(why: string, again: () => void): void; // `again` gives the order once more
 }
 
@@ -35,6 +37,7 @@ export class Session {
   readonly bodies: Bodies;
   readonly playout = new Playout();
   readonly room = new Room();
+  readonly values = new Values();
   welcome: Welcome | null = null;
   map: PartitionMap | null = null;
   detail: Detail | null = null;
@@ -124,7 +127,15 @@ export class Session {
     this.send(body === '' ? { type: 'select' } : { type: 'select', body });
   }
 
+  // Has the values of a property sent from now on; an empty name: of none.
+  colourBy(property: string): void {
+    if (property === this.values.property) return;
+    this.values.begin(property);
+    this.send(property === '' ? { type: 'property' } : { type: 'property', name: property });
+  }
+
   private begin(): void {
+    this.values.clear();
     this.bodies.clear();
     this.shapes.clear();
     this.welcome = this.map = this.detail = null;
@@ -138,6 +149,7 @@ export class Session {
         this.welcome = message;
         this.listener.welcomed(message);
         if (this.selected !== '') this.select(this.selected);
+        if (this.values.property !== '') this.send({ type: 'property', name: this.values.property });
         return;
       case Kind.shapes:
         for (const { number, shape } of message.shapes) this.shapes.set(number, shape);
@@ -180,6 +192,9 @@ export class Session {
         break;
       case 'detail':
         if (message.body === this.selected) this.detail = message;
+        break;
+      case 'values':
+        if (message.property === this.values.property) this.listener.valued(Object.keys(message.values), this.values.apply(message.values));
         break;
       case 'met':
         ++this.met;

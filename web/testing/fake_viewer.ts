@@ -51,6 +51,7 @@ export class FakeViewer {
   private selected = '';
   private recording = false;
   private allowed = false;
+  private property = '';
 
   constructor(
     private readonly world: FakeWorld,
@@ -87,6 +88,7 @@ export class FakeViewer {
     }
     this.socket.send(this.makeFrame());
     if (this.selected !== '' && ++this.frames % 3 === 0) this.detail();
+    if (this.property !== '') this.values();
     if (this.replay) this.play(1 / 30);
   }
 
@@ -180,6 +182,13 @@ export class FakeViewer {
     });
   }
 
+  // Once, for none changes here: the last two digits of its id.
+  private values(): void {
+    const values = Object.fromEntries(this.world.bodies.map(({ id }) => [String(id), Number(id % 100n)]));
+    this.json({ type: 'values', property: this.property, values });
+    this.property = '';
+  }
+
   private play(step_s: number): void {
     const replay = this.replay!;
     if (!replay.paused) replay.at_s = (replay.at_s + step_s * replay.speed) % 60;
@@ -194,6 +203,9 @@ export class FakeViewer {
     switch (request.type) {
       case 'select':
         this.selected = request.body ?? '';
+        break;
+      case 'property':
+        this.property = request.name ?? '';
         break;
       case 'join':
         this.player = this.world.join(request.name ?? '');

@@ -149,6 +149,30 @@ test('a contact is marked where it is, for a moment, unless it is switched off',
   await page.getByRole('button', { name: 'Contacts' }).click();
 });
 
+test('bodies take the colours of a property that the world declares', async () => {
+  await page.getByLabel('Colour bodies by').selectOption({ label: 'health' });
+  await page.locator('#legend', { hasText: '99' }).waitFor(WAIT);
+  const colours = await value<Record<string, number[]>>(`(() => {
+    const { session, view } = tessera;
+    const of = {};
+    for (let place = 0; place < session.bodies.count; ++place) {
+      const slot = session.bodies.order[place];
+      of[session.bodies.id(slot)] = view.batches.colour(slot);
+    }
+    return of;
+  })()`);
+  const with_ = (digits: number) => Object.entries(colours).filter(([id]) => Number(BigInt(id) % 100n) === digits).map(([, colour]) => colour);
+  for (const digits of [0, 50, 99]) {
+    const same = with_(digits);
+    assert.ok(same.length > 1, `${same.length} bodies with ${digits}`);
+    for (const colour of same) assert.deepEqual(colour, same[0]);
+  }
+  const [low, high] = [with_(0)[0]!, with_(99)[0]!];
+  assert.ok(low[2]! > 2 * low[0]! && high[0]! > 2 * high[2]!, `from blue ${low.join()} to red ${high.join()}`);
+  await page.getByLabel('Colour bodies by').selectOption('region');
+  assert.equal(await page.locator('#legend', { hasText: 'region 1' }).count(), 1);
+});
+
 test('the right stick turns the camera', async () => {
   const yaw = await value<number>('tessera.view.rig.yaw');
   const stick = (right: number) => value(`void (navigator.getGamepads = () => [{ connected: true, axes: [0, 0, ${right}, 0], buttons: [] }])`);

@@ -203,6 +203,7 @@ export type JsonMessage =
   | Met
   | { type: 'recording'; on: boolean; file: string; bytes: number; problem: string }
   | Answer
+  | { type: 'values'; property: string; values: Record<string, unknown> }
   | { type: 'problem'; code: string; text: string; again_s?: number };
 
 export interface WorldEntry {

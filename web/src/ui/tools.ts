@@ -1,10 +1,13 @@
 // Tools: how the world is shown, what to look for, and joining it.
 
-import { COLOUR_MODES, type ColourMode, regionCss } from '../view/colours.ts';
+import { COLOUR_MODES, type ColourMode, FLAG_COLOURS, regionCss } from '../view/colours.ts';
+import type { Values } from '../world/values.ts';
 import { h, setText } from './dom.ts';
 
+const PROPERTY = 'property:';
+
 export interface ToolActions {
-  mode(mode: ColourMode): void;
+  mode(mode: ColourMode, property: string): void;
   borders(on: boolean): void;
   contacts(on: boolean): void;
   shadows(on: boolean): void;
@@ -28,13 +31,16 @@ export class Tools {
   private readonly hint = h('small', { hidden: true }, 'WASD or arrows move, Space jumps, Shift runs, drag to look; a gamepad works too');
   private readonly shadows: HTMLButtonElement;
   private readonly hands: HTMLElement;
+  private readonly properties = h('optgroup', { label: 'by property' });
+  private values: Values | null = null;
+  private range = ''; // of the values, as the legend shows it
   private playing = false;
   private regions: number[] = [];
   private readonly actions: ToolActions;
 
   constructor(actions: ToolActions) {
     this.actions = actions;
-    this.mode.addEventListener('change', () => this.setMode(this.mode.value as ColourMode));
+    this.mode.addEventListener('change', () => this.chooseMode());
     this.player.value = stored('name', '');
     const toggle = (text: string, title: string, on: boolean, act: (on: boolean) => void) => {
       const button = h('button', { 'aria-pressed': String(on), title }, text);
@@ -74,8 +80,31 @@ export class Tools {
   }
 
   nextMode(): void {
-    this.mode.selectedIndex = (this.mode.selectedIndex + 1) % COLOUR_MODES.length;
-    this.setMode(this.mode.value as ColourMode);
+    this.mode.selectedIndex = (this.mode.selectedIndex + 1) % this.mode.options.length;
+    this.chooseMode();
+  }
+
+  // What the world declares can be chosen, too.
+  setProperties(names: string[]): void {
+    const options = names.map((name) => h('option', { value: PROPERTY + name }, name));
+    const known = [...this.properties.children].map((option) => option.textContent);
+    if (known.join() === names.join()) return;
+    const lost = !names.includes(this.property) && this.property !== '';
+    const kept = this.mode.value;
+    this.properties.replaceChildren(...options);
+    if (names.length > 0) this.mode.append(this.properties);
+    else this.properties.remove();
+    this.mode.value = lost ? COLOUR_MODES[0] : kept;
+    if (lost) this.chooseMode();
+  }
+
+  // Of the property that bodies are coloured by.
+  showValues(values: Values): void {
+    const text = `${values.kind} ${values.low} ${values.high}`;
+    if (this.property === '' || text === this.range) return;
+    this.range = text;
+    this.values = values;
+    this.drawLegend();
   }
 
   setRegions(regions: number[]): void {
@@ -99,8 +128,18 @@ export class Tools {
     this.actions.shadows(on);
   }
 
-  private setMode(mode: ColourMode): void {
-    this.actions.mode(mode);
+  private get property(): string {
+    return this.mode.value.startsWith(PROPERTY) ? this.mode.value.slice(PROPERTY.length) : '';
+  }
+
+  private get chosen(): ColourMode {
+    return this.property === '' ? (this.mode.value as ColourMode) : 'property';
+  }
+
+  private chooseMode(): void {
+    this.range = '';
+    this.values = null;
+    this.actions.mode(this.chosen, this.property);
     this.drawLegend();
   }
 
@@ -121,9 +160,19 @@ export class Tools {
       mass: () => scale('light', '10 t'),
       shape: () => [h('span', {}, 'one colour a shape')],
       player: () => [h('span', {}, 'one colour a player')],
+      property: () => {
+        const values = this.values;
+        if (values?.kind === 'number') return scale(short(values.low), short(values.high));
+        if (values?.kind === 'flag') return [chip(FLAG_COLOURS.true, 'true'), chip(FLAG_COLOURS.false, 'false')];
+        return [h('span', {}, values?.kind === 'text' ? 'one colour a value' : 'no values yet')];
+      },
     };
-    this.legend.replaceChildren(...chips[this.mode.value as ColourMode]());
+    this.legend.replaceChildren(...chips[this.chosen]());
   }
+}
+
+function short(value: number): string {
+  return String(Number(value.toPrecision(3)));
 }
 
 // What a person chose stays on this machine; a browser that keeps nothing is fine too.

@@ -3,9 +3,11 @@
 import * as THREE from 'three';
 import { ASLEEP } from '../protocol/messages.ts';
 import type { Bodies } from '../world/bodies.ts';
+import type { Values } from '../world/values.ts';
 
 export const COLOUR_MODES = ['region', 'speed', 'sleep', 'mass', 'shape', 'player'] as const;
-export type ColourMode = (typeof COLOUR_MODES)[number];
+export type ColourMode = (typeof COLOUR_MODES)[number] | 'property';
+export const FLAG_COLOURS = { false: '#4a5a78', true: '#ffb347' };
 
 const REGION_COLOURS = ['#3d9bff', '#ffb020', '#2fcf8a', '#f2689b', '#9a7bff', '#26c6da', '#ff7043', '#b5d832'];
 const GREY = linear('#6b7280');
@@ -45,7 +47,22 @@ function ramp(fraction: number): number[] {
 
 const scaled = [0, 0, 0];
 
-export function bodyColour(bodies: Bodies, slot: number, mode: ColourMode, dead: ReadonlySet<number>): number[] {
+// Of a value of a property: a ramp for numbers, one colour each for texts; grey where there is none.
+function valueColour(value: unknown, values: Values): number[] {
+  if (value === undefined || value === null) return GREY;
+  if (typeof value === 'boolean') return linear(FLAG_COLOURS[`${value}`]);
+  const fraction = values.fraction(value);
+  return fraction === null ? regionColour(textNumber(String(value))) : ramp(fraction);
+}
+
+// From 1, the same for the same text (FNV-1a).
+export function textNumber(text: string): number {
+  let hash = 0x811c9dc5;
+  for (let at = 0; at < text.length; ++at) hash = Math.imul(hash ^ text.charCodeAt(at), 0x01000193);
+  return 1 + ((hash >>> 0) % 1000);
+}
+
+export function bodyColour(bodies: Bodies, slot: number, mode: ColourMode, dead: ReadonlySet<number>, values: Values): number[] {
   const owner = bodies.owner[slot]!;
   if (dead.has(owner)) return GREY;
   const asleep = (bodies.state[slot]! & ASLEEP) !== 0;
@@ -66,5 +83,7 @@ export function bodyColour(bodies: Bodies, slot: number, mode: ColourMode, dead:
       return regionColour(bodies.shape[slot]!);
     case 'player':
       return bodies.player[slot]! === 0 ? GREY : regionColour(bodies.player[slot]!);
+    case 'property':
+      return valueColour(values.get(bodies.id(slot)), values);
   }
 }

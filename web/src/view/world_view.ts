@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 import type { Met, PartitionMap, StaticBody } from '../protocol/messages.ts';
 import type { Bodies } from '../world/bodies.ts';
+import type { Values } from '../world/values.ts';
 import { Batches } from './batches.ts';
 import { CameraRig } from './camera_rig.ts';
 import { type ColourMode, bodyColour } from './colours.ts';
@@ -43,7 +44,10 @@ export class WorldView {
   private bounds = [-50, 0, -50, 50, 20, 50];
   private theme = DARK;
 
-  constructor(canvas: HTMLCanvasElement, bodies: Bodies, shapes: ShapeTable) {
+  private readonly values: Values;
+
+  constructor(canvas: HTMLCanvasElement, bodies: Bodies, shapes: ShapeTable, values: Values) {
+    this.values = values;
     this.bodies = bodies;
     this.shapes = shapes;
     this.software = drawsInSoftware();
@@ -112,6 +116,16 @@ export class WorldView {
 
   setBorders(on: boolean): void {
     this.territory.curtains.visible = on;
+  }
+
+  // Values of the property that bodies are coloured by have come: of these bodies, or such that all look different.
+  valued(ids: string[], all: boolean): void {
+    if (this.mode !== 'property') return;
+    if (all) return this.recolourAll();
+    for (const id of ids) {
+      const slot = this.bodies.find(id);
+      if (slot >= 0 && !this.flashes.has(slot)) this.recolour(slot);
+    }
   }
 
   addStatics(statics: StaticBody[]): void {
@@ -212,7 +226,7 @@ export class WorldView {
   }
 
   private recolour(slot: number): void {
-    const colour = bodyColour(this.bodies, slot, this.mode, this.dead);
+    const colour = bodyColour(this.bodies, slot, this.mode, this.dead, this.values);
     this.batches.setColour(slot, colour[0]!, colour[1]!, colour[2]!);
   }
 
@@ -228,7 +242,7 @@ export class WorldView {
         this.recolour(slot);
         continue;
       }
-      const [red, green, blue] = bodyColour(this.bodies, slot, this.mode, this.dead) as [number, number, number];
+      const [red, green, blue] = bodyColour(this.bodies, slot, this.mode, this.dead, this.values) as [number, number, number];
       this.batches.setColour(slot, red + (1 - red) * white, green + (1 - green) * white, blue + (1 - blue) * white);
     }
   }
