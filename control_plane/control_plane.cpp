@@ -27,6 +27,7 @@ ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::
     const std::lock_guard lock(mutex_);
     Publish();
   }
+  last_timer_ = Steady(ReadClocks().steady).count();
   timer_ = std::thread([this] { RunTimer(); });
 }
 
@@ -91,11 +92,26 @@ void ControlPlane::RunTimer() {
   while (!stop_.wait_for(lock, kTimerInterval, [this] { return stopping_; })) {
     cluster_->HandleTimer(ReadClocks());
     Publish();
+    NoteTimer();
     PendingWork work = std::exchange(pending_, {});
     lock.unlock();
     DoPendingWork(std::move(work));
     lock.lock();
   }
+}
+
+void ControlPlane::NoteTimer() {
+  last_timer_ = ReadClocks().steady.count();
+  const std::lock_guard lock(trouble_mutex_);
+  store_trouble_ = cluster_->state().store_trouble();
+}
+
+bool ControlPlane::Alive() const { return ReadClocks().steady - Steady(last_timer_.load()) < kTimerPatience; }
+
+std::string ControlPlane::Trouble() const {
+  if (!Alive()) return "the timer stands still: nothing that is due happens";
+  const std::lock_guard lock(trouble_mutex_);
+  return store_trouble_.empty() ? "" : "the store cannot be written: " + store_trouble_;
 }
 
 void ControlPlane::Stop() {

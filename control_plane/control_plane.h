@@ -7,6 +7,7 @@
 //   auto host = plane.Call([&](Cluster& cluster, Now now) { return cluster.AddHost(now, request); });
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <map>
@@ -108,6 +109,11 @@ class ControlPlane {
 
   Revision store_revision() const { return store_.revision(); }
 
+  // False: the timer has stood still for kTimerPatience, and with it all that is due. Only a restart helps.
+  bool Alive() const;
+  // Why what is asked of this control plane is not done, in one line; empty: it is. Both wait for no call under way.
+  std::string Trouble() const;
+
   // All that is stored, as backup.h has it.
   absl::Status Backup(const std::function<absl::Status(std::string_view)>& sink) const;
   // UNAVAILABLE while it is being found out what runs, after a restore from a backup.
@@ -136,6 +142,7 @@ class ControlPlane {
   static Now ReadClocks();
   void Publish();
   void RunTimer();
+  void NoteTimer();
   // Work that waits for the timer's thread: removals of files, and restores.
   struct PendingWork {
     std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;
@@ -166,6 +173,11 @@ class ControlPlane {
   std::vector<std::chrono::nanoseconds> failovers_;
   std::map<StreamId, std::shared_ptr<AgentStream>> streams_;
   std::multimap<std::string, Watch*> watches_;
+  // What Trouble and Alive tell, without the lock: one that is never given back is a fault that they are to find.
+  std::atomic<std::int64_t> last_timer_{0};  // Steady, in nanoseconds
+  mutable std::mutex trouble_mutex_;
+  std::string store_trouble_;
+
   bool stopping_ = false;
   std::condition_variable stop_;
   std::thread timer_;

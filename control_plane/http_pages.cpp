@@ -45,7 +45,9 @@ std::string ScrapeTargetsJson(const std::vector<ScrapeTarget>& targets, const st
 
 void AddPages(telemetry::MetricsServer& server, const std::shared_ptr<PlaneGate>& gate) {
   server.AddHandler("/healthz", [gate](const telemetry::HttpRequest&) {
-    const bool leads = gate->With([](ControlPlane&) {});
+    std::string trouble;
+    const bool leads = gate->With([&trouble](ControlPlane& plane) { trouble = plane.Trouble(); });
+    if (!trouble.empty()) return telemetry::HttpReply{.status = 503, .body = trouble + "\n"};
     return telemetry::HttpReply{.body = leads ? "ok\n" : "ok, follows\n"};
   });
   const auto targets = std::make_shared<Remembered<std::string>>([gate, own = Reachable(server.address())] {

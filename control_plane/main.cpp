@@ -114,6 +114,25 @@ absl::Status Restore(const ControlFlags& flags) {
   return absl::OkStatus();
 }
 
+// Tells systemd's watchdog, where the unit has one, that this process does its work. Without, systemd restarts it.
+class Watchdog {
+ public:
+  explicit Watchdog(std::shared_ptr<PlaneGate> gate) : gate_(std::move(gate)) {
+    std::uint64_t span_us = 0;
+    wanted_ = sd_watchdog_enabled(0, &span_us) > 0;
+  }
+  // Call it about every second. One that follows has no work.
+  void Beat() const {
+    bool alive = true;
+    if (wanted_) gate_->With([&alive](ControlPlane& plane) { alive = plane.Alive(); });
+    if (wanted_ && alive) sd_notify(0, "WATCHDOG=1");
+  }
+
+ private:
+  const std::shared_ptr<PlaneGate> gate_;
+  bool wanted_ = false;
+};
+
 sigset_t EndSignals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -163,8 +182,10 @@ absl::Status RunAlone(const ControlFlags& flags, const sigset_t& signals) {
   if (absl::Status status = AnnounceReady(flags, bound, (*reign)->https_address(), (*http)->address()); !status.ok()) {
     return status;
   }
-  int received = 0;
-  sigwait(&signals, &received);
+  const Watchdog watchdog(pages.gate);
+  const timespec second{.tv_sec = 1, .tv_nsec = 0};
+  int received = -1;
+  while ((received = sigtimedwait(&signals, nullptr, &second)) < 0) watchdog.Beat();
   sd_notify(0, "STOPPING=1");
   spdlog::info("ending signal={}", received);
   return absl::OkStatus();
@@ -183,7 +204,9 @@ absl::Status RunElected(const ControlFlags& flags, const sigset_t& signals) {
   const ReignSettings settings = SettingsOf(flags);
   Candidate candidate(**client, flags.store.etcd->prefix, flags.store.self, settings, metrics, pages);
   bool ending = false;
+  const Watchdog watchdog(pages.gate);
   const auto ended = [&] {
+    watchdog.Beat();
     const timespec at_once{};
     if (const int received = ending ? 0 : sigtimedwait(&signals, nullptr, &at_once); received > 0) {
       ending = true;
@@ -198,7 +221,7 @@ absl::Status RunElected(const ControlFlags& flags, const sigset_t& signals) {
 }
 
 absl::Status Run(const ControlFlags& flags) {
-  // Signals are blocked before any thread is made, so that all inherit it and `sigwait` alone takes them.
+  // Signals are blocked before any thread is made, so that all inherit it and this one alone takes them.
   const sigset_t signals = EndSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);

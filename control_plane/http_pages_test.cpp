@@ -1,0 +1,73 @@
+#include "control_plane/http_pages.h"
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "control_plane/memory_store.h"
+#include "prometheus/registry.h"
+#include "telemetry/http_get.h"
+
+namespace tessera::control {
+namespace {
+
+using ::testing::HasSubstr;
+
+class HttpPagesTest : public ::testing::Test {
+ protected:
+  HttpPagesTest() {
+    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                  std::chrono::system_clock::now().time_since_epoch()};
+    plane_ = std::make_unique<ControlPlane>(store_, *Cluster::Load(store_, {}, SystemRandomBytes, now));
+    server_ = *telemetry::MetricsServer::Start("127.0.0.1", 0, std::make_shared<prometheus::Registry>());
+    AddPages(*server_, gate_);
+    gate_->Set(plane_.get());
+  }
+  ~HttpPagesTest() override { gate_->Set(nullptr); }
+
+  int AddHost(const std::string& name) {
+    v1::AddHostRequest request;
+    request.set_name(name);
+    return static_cast<int>(
+        plane_->Call([&](Cluster& cluster, Now now) { return cluster.AddHost(now, request); }).status().code());
+  }
+  // The page, once it has this status, or as it is after the patience.
+  std::string HealthOnce(int status) {
+    const auto patience_ends = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (true) {
+      const auto reply = telemetry::HttpGet(server_->address(), "/healthz");
+      if (!reply.ok()) return std::string(reply.status().message());
+      if (reply->status == status || std::chrono::steady_clock::now() > patience_ends) {
+        return std::to_string(reply->status) + " " + reply->body;
+      }
+      std::this_thread::yield();
+    }
+  }
+
+  MemoryStore store_;
+  std::unique_ptr<ControlPlane> plane_;
+  std::shared_ptr<PlaneGate> gate_ = std::make_shared<PlaneGate>();
+  std::unique_ptr<telemetry::MetricsServer> server_;
+};
+
+TEST_F(HttpPagesTest, HealthSaysThatTheStoreCannotBeWrittenAndWhenItCanAgain) {
+  EXPECT_EQ(HealthOnce(200), "200 ok\n");
+  store_.FailNext(std::numeric_limits<int>::max());
+  EXPECT_EQ(AddHost("alpha"), static_cast<int>(absl::StatusCode::kUnavailable));
+  EXPECT_THAT(HealthOnce(503), HasSubstr("503 the store cannot be written: "));
+  store_.FailNext(0);
+  EXPECT_EQ(HealthOnce(200), "200 ok\n") << "it is tried again without anybody asking";
+}
+
+TEST_F(HttpPagesTest, OneThatFollowsIsWell) {
+  gate_->Set(nullptr);
+  EXPECT_EQ(HealthOnce(200), "200 ok, follows\n");
+  gate_->Set(plane_.get());
+}
+
+}  // namespace
+}  // namespace tessera::control
