@@ -115,8 +115,8 @@ inline constexpr std::chrono::milliseconds kRecoverPatience{30'000};
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 
-// A timer that stands still for so long does not come back by itself: what it waits for, a write to the store or a file,
-// takes seconds at the worst.
+// A timer that stands still for so long does not come back by itself: what it waits for, a write to the store or a
+// file, takes seconds at the worst.
 inline constexpr std::chrono::milliseconds kTimerPatience{15'000};
 
 // Lines of an instance's game that are kept in memory, and bytes of one. More cost memory in each instance that logs.

@@ -107,8 +107,7 @@ TEST(WorkerClientTest, ClientsGetTheFiguresThatMetricsShow) {
            near(mean_of(figures.prediction), mean("tessera_region_prediction_seconds")) &&
            near(mean_of(figures.snapshot_full), mean("tessera_region_snapshot_full_seconds")) &&
            near(mean_of(figures.snapshot_delta), mean("tessera_region_snapshot_delta_seconds")) &&
-           near(static_cast<double>(figures.memory.process_physical_bytes),
-                shown("process_resident_memory_bytes"));
+           near(static_cast<double>(figures.memory.process_physical_bytes), shown("process_resident_memory_bytes"));
   };
   EXPECT_TRUE(client->Until(agree));
   EXPECT_EQ(client->figures->owned, kBalls + 1);

@@ -48,7 +48,7 @@ struct WorkerEntry {
   std::string certified;    // that key
   bool reported = false;
   Steady reported_at{0};
-  int missed = 0;        // heartbeats in a row that did not name it
+  int missed = 0;  // heartbeats in a row that did not name it
 
   // Written by DesiredSets.
   v1::WorkerOrder order;       // as last given out
