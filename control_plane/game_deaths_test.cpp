@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <string>
+
 #include "control_plane/control_settings.h"
 
 namespace tessera::control {

@@ -12,6 +12,7 @@
 #include "core/game/game_host.h"
 #include "core/region/message_relay.h"
 #include "net/acceptor.h"
+#include "net/endpoint.h"
 #include "prometheus/counter.h"
 #include "prometheus/gauge.h"
 #include "prometheus/histogram.h"

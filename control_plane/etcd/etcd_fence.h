@@ -5,6 +5,7 @@
 // arrives. Thread rule: a value.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
