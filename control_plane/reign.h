@@ -25,13 +25,13 @@ namespace tessera::control {
 
 // The players' door for HTTPS. Without a certificate of its own it shows one of the cluster's authority.
 struct HttpsFlags {
-  std::string listen;            // empty: there is none
-  std::string certificate, key;  // files
+  std::string listen{};              // empty: there is none
+  std::string certificate{}, key{};  // files
 };
 
 struct ReignSettings {
   GrpcDoors doors;
-  HttpsFlags https;
+  HttpsFlags https{};
   std::string seal;         // file with the passphrase of the authority's key
   std::string checkpoints;  // folder
   std::string store_name;   // in errors: "/var/lib/tessera/control/control.db"

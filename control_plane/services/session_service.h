@@ -1,0 +1,55 @@
+// SessionServiceImpl: SessionService at one door. Thread rule: as Answerer.
+#pragma once
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/cluster/queries.h"
+#include "control_plane/services/answerer.h"
+#include "tessera/v1/session.grpc.pb.h"
+
+namespace tessera::control {
+
+class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
+ public:
+  using Answerer::Answerer;
+
+  grpc::Status JoinInstance(grpc::ServerContext* context, const v1::JoinInstanceRequest* request,
+                            v1::JoinInstanceResponse* response) override {
+    return Answer(context, "SessionService/JoinInstance", CallKind::kCommand, Instance(request->instance_id()), [&] {
+      const Caller caller = CallerOf(*context);
+      if (caller.door == Door::kOperators && caller.role < v1::ROLE_OPERATOR && !request->viewer()) {
+        return absl::PermissionDeniedError(
+            absl::StrCat("viewer: token ", caller.token, " is a viewer's, which joins to watch and not to play"));
+      }
+      const absl::Status status =
+          Take(plane_.Join(
+                   *request, [context] { return context->IsCancelled(); }, caller.door == Door::kPlayers),
+               response);
+      metrics_.CountSession(status);
+      return status;
+    });
+  }
+  grpc::Status GetScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
+                        v1::GetSceneResponse* response) override {
+    return Answer(context, "SessionService/GetScene", CallKind::kRead, request->scene_hash(), [&]() -> absl::Status {
+      const Caller caller = CallerOf(*context);
+      const auto shown = [&](const std::string& id) { return CheckInstance(caller, id).ok(); };
+      const std::string& hash = request->scene_hash();
+      const bool may = HasAllInstances(caller) ||
+                       plane_.Call([&](Cluster& cluster, Now) { return ShowsScene(cluster.state(), hash, shown); });
+      if (!may) {
+        return absl::NotFoundError(
+            absl::StrCat("scene_hash: no instance that token ", caller.token, " is for uses it"));
+      }
+      return Take(plane_.SceneBytes(hash), response->mutable_scene());
+    });
+  }
+  grpc::Status LeaveInstance(grpc::ServerContext* context, const v1::LeaveInstanceRequest* request,
+                             v1::LeaveInstanceResponse*) override {
+    return Answer(context, "SessionService/LeaveInstance", CallKind::kCommand, Instance(request->instance_id()),
+                  [&] { return plane_.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); }); });
+  }
+};
+
+}  // namespace tessera::control
