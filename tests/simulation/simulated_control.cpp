@@ -74,7 +74,7 @@ void SimulatedControl::Publish() {
     return;
   }
   control::Effects effects = cluster_->TakeEffects();
-  for (std::string& line : effects.log) log_.push_back(std::move(line));
+  for (control::LogLine& line : effects.log) log_.push_back(std::move(line.text));
   for (const auto& [id, tick] : effects.pruned) checkpoints_.erase(tick);
   for (const auto& [id, tick] : effects.abandoned) {
     if (const auto found = checkpoints_.find(tick); found != checkpoints_.end() && !found->second.whole) {
