@@ -112,6 +112,8 @@ inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
 // How long a control plane that begins from a backup waits for its hosts to say what they run: agents dial again within
 // seconds. A host that comes later finds what it runs declared dead, once its silence has been long enough for that.
 inline constexpr std::chrono::milliseconds kRecoverPatience{30'000};
+// Exits and inventories that are kept meanwhile: one each of the workers of a cluster of thousands.
+inline constexpr std::size_t kMaxHeldBack = 20'000;
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 

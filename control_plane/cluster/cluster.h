@@ -19,6 +19,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -162,6 +164,7 @@ class Cluster {
   absl::StatusOr<v1::Instance> DeleteUnknown(const v1::DeleteInstanceRequest& request);
   // What comes before it is known what runs.
   void TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage& message, Now now);
+  void HoldBack(StreamId stream, const v1::AgentMessage& message);
   void StepRecovery(Now now);
   void Forget(std::uint64_t number);
   void NoteTime(Now now);
@@ -194,6 +197,7 @@ class Cluster {
   Reconciler reconciler_;
   DesiredSets desired_sets_;
   Recovery recovery_;
+  std::vector<std::pair<StreamId, v1::AgentMessage>> held_back_;  // until the recovery ends
 };
 
 }  // namespace tessera::control

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "control_plane/cluster/cluster.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/game_deaths.h"
 #include "control_plane/life.h"
 #include "control_plane/report_limits.h"
@@ -84,7 +85,10 @@ void Cluster::TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage&
       recovery_.TakeOrders(host, message.held_orders());
       return StepRecovery(now);
     case v1::AgentMessage::kExited:
-      return recovery_.NoteAlive(message.exited().identity());
+      recovery_.NoteAlive(message.exited().identity());
+      return HoldBack(host.stream, message);
+    case v1::AgentMessage::kInventory:
+      return HoldBack(host.stream, message);
     case v1::AgentMessage::kLease:
       return failovers_.RenewLease(host, message.lease(), now);
     default:
@@ -92,11 +96,20 @@ void Cluster::TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage&
   }
 }
 
+// An agent sends these once on each stream.
+void Cluster::HoldBack(StreamId stream, const v1::AgentMessage& message) {
+  if (held_back_.size() < kMaxHeldBack) held_back_.emplace_back(stream, message);
+}
+
 void Cluster::StepRecovery(Now now) {
   if (!recovery_.Step(now)) return;
   for (InstanceEntry& instance : state_->EachInstance()) Adopt(now, instance);
   for (InstanceEntry& instance : state_->EachInstance()) {
     if (!IsFinal(instance.record.state())) reconciler_.Reconcile(now, instance);
+  }
+  for (const auto& [stream, message] : std::exchange(held_back_, {})) {
+    // Not OK: its agent has attached again since, and has sent it again.
+    (void)HandleAgentMessage(now, stream, message);
   }
 }
 

@@ -27,7 +27,8 @@ void ClusterHarness::BeginFrom(const std::string& backup) {
   cluster_.reset();
   for (auto& [name, agent] : agents) agent.stream = 0;
   std::vector<StoreOp> all;
-  for (const StoreEntry& entry : *store.List("")) all.push_back(DeleteOp(entry.key, entry.revision));
+  const auto stored = store.List("");
+  for (const StoreEntry& entry : *stored) all.push_back(DeleteOp(entry.key, entry.revision));
   ASSERT_TRUE(store.Txn(all).ok());
   ASSERT_TRUE(RestoreBackup(backup, store).ok());
   Load();
