@@ -193,9 +193,10 @@ TEST_F(TrustTest, AnotherControlPlaneBeginsFromAnOldBackupUnderRunningWorlds) {
     std::map<std::string, std::int64_t> pids;
     const support::RunResult shown = Tessera({"-o", "json", "host", "describe", "alpha"});
     EXPECT_EQ(shown.exit_code, 0) << shown.err;
-    for (const nlohmann::json& worker : nlohmann::json::parse(shown.out)["workers"]) {
+    const nlohmann::json described = nlohmann::json::parse(shown.out);
+    for (const nlohmann::json& worker : described["workers"]) {
       const nlohmann::json& identity = worker["identity"];
-      if (identity["instanceId"] != "inst-1") continue;
+      if (identity["instance_id"] != "inst-1") continue;
       pids[identity["region"].dump()] = std::stoll(identity["pid"].get<std::string>());
     }
     return pids;
@@ -227,7 +228,7 @@ TEST_F(TrustTest, AnotherControlPlaneBeginsFromAnOldBackupUnderRunningWorlds) {
   ASSERT_EQ(joined.exit_code, 0) << joined.err;
   EXPECT_EQ(workers(), before) << "no worker was ended or started";
   EXPECT_THAT(Tessera({"instance", "describe", "inst-1"}).out,
-              ::testing::AllOf(HasSubstr("RUNNING"), HasSubstr("taken up as it runs"), HasSubstr("ada")));
+              ::testing::AllOf(HasSubstr("RUNNING"), HasSubstr("taken up as it runs"), HasSubstr("Players:  1")));
   const auto bob = local::Bot::Join(players_ + "#" + fingerprint_, "inst-1", "bob", 8);
   ASSERT_TRUE(bob.ok()) << bob.status();
   EXPECT_GT((*bob)->client().player(), (*ada)->client().player());

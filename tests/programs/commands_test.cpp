@@ -64,6 +64,8 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"rm /etc/credstore/tessera.join-token", kInContainer},
     {"rm /var/lib/tessera/agent/host.json", "needs an installed agent that has lost its control plane"},
     {"journalctl -u tessera-control", kInContainer},
+    {"journalctl -p warning", kInContainer},
+    {"systemctl status", kInContainer},
     {"journalctl -u tessera-agent", kInContainer},
     {"less /var/lib/tessera/agent/logs/", "needs a person and an installed agent"},
     {"c++ -std=c++17 -O2 -fPIC -shared", "needs a game of the reader's own; game_native_test builds one like it"},
