@@ -17,6 +17,7 @@ local HIT_DAMAGE = 25
 local BARREL_IMPULSE = 12 -- N s; what hits a barrel harder sets it off
 local BLAST_RADIUS = 6 -- m
 local BLAST_IMPULSE = 250 -- N s at the barrel, less farther away
+local BLAST_SPEED = 6 -- m/s that light things get by it
 local BLAST_DAMAGE = 60
 local RESPAWN_TICKS = 180
 local CHASE_RADIUS = 15 -- m
@@ -160,6 +161,7 @@ kinds.player = {
       self.held = nil
     end
   end,
+  on_blast = function(self, blast) hurt(self, math.floor(BLAST_DAMAGE * blast.share)) end,
   on_timer = function(self, name)
     if name ~= "respawn" then return end
     self.health = 100
@@ -216,14 +218,9 @@ kinds.ball = {
 kinds.barrel = {
   on_contact = function(self, other, contact)
     if not contact or contact.impulse < BARREL_IMPULSE then return end
-    local here = self:position()
-    for _, body in ipairs(world.overlap({ radius = BLAST_RADIUS }, here, { static = false })) do
-      local away = body:position() - here
-      local share = math.max(0, 1 - away:length() / BLAST_RADIUS)
-      local up = (away:normalized() + vec(0, 1, 0)):normalized()
-      body:impulse(BLAST_IMPULSE * share * math.min(1, body:mass() / 40) * up)
-      if body:kind() == "player" then body:send("hit", { damage = math.floor(BLAST_DAMAGE * share) }) end
-    end
+    world.explode({
+      at = self:position(), radius = BLAST_RADIUS, impulse = BLAST_IMPULSE, speed = BLAST_SPEED, lift = 1, name = "barrel",
+    })
     world.count("blasts")
     self:remove()
   end,
