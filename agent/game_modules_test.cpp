@@ -10,7 +10,6 @@
 namespace tessera::agent {
 namespace {
 
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 const std::string kBuildA(64, 'a'), kBuildB(64, 'b');

@@ -1,6 +1,8 @@
 // absl::btree_map is the standard map; see README.md.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <map>
 
 namespace absl {
@@ -9,3 +11,4 @@ template <class Key, class Value>
 using btree_map = std::map<Key, Value>;
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)

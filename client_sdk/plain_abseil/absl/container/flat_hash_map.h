@@ -1,6 +1,8 @@
 // absl::flat_hash_map on the standard library; see README.md. Thread rule: that of std::unordered_map.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <cstdint>
 #include <type_traits>
 #include <unordered_map>
@@ -52,3 +54,4 @@ class flat_hash_map : public std::unordered_map<Key, Value, plain_internal::Hash
 };
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)

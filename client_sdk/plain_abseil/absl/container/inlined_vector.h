@@ -1,6 +1,8 @@
 // absl::InlinedVector is the standard vector; see README.md.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <cstddef>
 #include <vector>
 
@@ -10,3 +12,4 @@ template <class T, std::size_t kInlined>
 using InlinedVector = std::vector<T>;
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)

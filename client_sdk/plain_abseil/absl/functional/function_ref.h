@@ -1,6 +1,8 @@
 // absl::FunctionRef on the standard library; see README.md. Thread rule: that of what it refers to.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <memory>
 #include <type_traits>
 #include <utility>
@@ -31,3 +33,4 @@ class FunctionRef<R(Args...)> {
 };
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)

@@ -1,6 +1,8 @@
 // absl::Status on the standard library; see README.md. Thread rule: plain values.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -71,3 +73,4 @@ inline bool IsNotFound(const Status& status) { return status.code() == StatusCod
 inline bool IsResourceExhausted(const Status& status) { return status.code() == StatusCode::kResourceExhausted; }
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)

@@ -1,6 +1,8 @@
 // absl::StatusOr on the standard library; see README.md. Thread rule: that of its value.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <cassert>
 #include <optional>
 #include <type_traits>
@@ -68,3 +70,4 @@ class [[nodiscard]] StatusOr {
 };
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)

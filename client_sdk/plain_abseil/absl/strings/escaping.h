@@ -1,6 +1,8 @@
 // absl::CHexEscape on the standard library; see README.md. Thread rule: free functions on values.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <string>
 #include <string_view>
 
@@ -26,3 +28,4 @@ inline std::string CHexEscape(std::string_view text) {
 }
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)

@@ -1,6 +1,8 @@
 // absl::StrCat on the standard library; see README.md. Thread rule: free functions on values.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names are those of Abseil
+
 #include <charconv>
 #include <cstdio>
 #include <string>
@@ -48,3 +50,4 @@ std::string StrCat(const Parts&... parts) {
 }
 
 }  // namespace absl
+// NOLINTEND(readability-identifier-naming)
