@@ -293,7 +293,9 @@ void HttpsDoor::Impl::TakeFinished() {
       work.erase(doing);
     }
     for (auto& [wsi, connection] : connections) {
-      if (connection.number == number) Answer(wsi, connection, std::move(answer));
+      if (connection.number != number) continue;
+      Answer(wsi, connection, std::move(answer));
+      break;
     }
   }
 }

@@ -269,6 +269,7 @@ TEST_F(HttpsDoorTest, AnAddressHasSoManyConnectionsAndGetsThemBack) {
   settings_.max_from_address = 4;
   Open();
   std::vector<std::unique_ptr<Wire>> silent;
+  silent.reserve(4);
   for (int i = 0; i < 4; ++i) silent.push_back(std::make_unique<Wire>(door_->address()));
   // The loop accepts in order, so the fifth comes after those four.
   EXPECT_EQ(Wire(door_->address()).ReadAll(), "") << "closed at once";

@@ -167,6 +167,7 @@ TYPED_TEST(StoreTest, KeepsLargeValuesWhole) {
 // All events that a world's game published are forgotten at once.
 TYPED_TEST(StoreTest, WritesThousandsOfKeysAtOnceOrNone) {
   std::vector<StoreOp> puts;
+  puts.reserve(2500);
   for (int i = 0; i < 2500; ++i) puts.push_back(PutOp(absl::StrCat("event/1/", i), absl::StrCat("e", i), kAbsent));
   const absl::StatusOr<Revision> written = this->store_.Txn(puts);
   ASSERT_TRUE(written.ok()) << written.status();
@@ -174,6 +175,7 @@ TYPED_TEST(StoreTest, WritesThousandsOfKeysAtOnceOrNone) {
   EXPECT_EQ(this->store_.Get("event/1/2499")->revision, *written);
 
   std::vector<StoreOp> deletes;
+  deletes.reserve(puts.size());
   for (const StoreOp& put : puts) deletes.push_back(DeleteOp(put.key, *written));
   deletes[1700].expected = *written + 1;
   const absl::Status refused = this->store_.Txn(deletes).status();

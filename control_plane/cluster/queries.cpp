@@ -96,7 +96,8 @@ ClusterSummary Summarise(const ClusterState& state) {
   summary.store_failing = !state.store_trouble().empty();
   summary.failed_writes = state.failed_writes();
   for (const auto& [number, host] : state.hosts()) ++summary.hosts[StateOf(host)];
-  for (const auto& [number, instance] : state.instances()) {
+  for (const auto& numbered : state.instances()) {
+    const InstanceEntry& instance = numbered.second;
     ++summary.instances[StateOf(instance)];
     const records::Instance& record = instance.record;
     if (record.state() != v1::INSTANCE_STATE_RUNNING) continue;

@@ -95,6 +95,7 @@ class ExplodeTest : public ::testing::Test {
     std::string said;
     game_.On(kOnTick, "", [&](GameCalls& calls, ScriptedGame::Arguments) {
       std::vector<tessera_game_field> fields;
+      fields.reserve(given.size());
       for (const auto& [name, value] : given) fields.push_back({name.data(), name.size(), ToInterface(value)});
       tessera_game_value table{};
       table.type = TESSERA_GAME_FIELDS;

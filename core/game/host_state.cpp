@@ -29,13 +29,13 @@ GameEvent ReadEvent(ByteReader& in) {
   const std::uint8_t flags = in.U8();
   if (flags > (kEventHasContact | kEventIsBlast)) in.Fail("an event with unknown flags");
   if ((flags & kEventHasContact) != 0) {
-    GameEvent::Contact& contact = event.contact.emplace();
+    GameEvent::Contact& contact = event.contact.emplace(GameEvent::Contact{});
     contact.point = in.V3d();
     contact.normal = in.V3d();
     contact.impulse = in.F64();
   }
   if ((flags & kEventIsBlast) != 0) {
-    GameEvent::Blown& blown = event.blown.emplace();
+    GameEvent::Blown& blown = event.blown.emplace(GameEvent::Blown{});
     blown.at = in.V3d();
     blown.share = in.F64();
     const auto name = in.Block(kMaxBlastNameBytes);

@@ -26,7 +26,6 @@ using game::GameHost;
 using game::GameValue;
 using game::ScriptedGame;
 using Arguments = ScriptedGame::Arguments;
-using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr double kRadius_m = 6, kImpulse_ns = 3;
@@ -175,6 +174,7 @@ TEST_F(RegionBlastTest, ARingOverABorderGetsWhatItGetsInOneRegion) {
 // Bodies that cross the border in any of the ticks about it.
 TEST_F(RegionBlastTest, WhoCrossesTheBorderMeanwhileIsPushedOnce) {
   std::vector<Vec3d> places;
+  places.reserve(8);
   for (int i = 0; i < 8; ++i) places.push_back({-1.4 + 0.2 * i, 0, -9 + 2.4 * i});
   std::map<BodyId, Vec3f> alone;
   for (const std::uint32_t regions : {1U, 2U}) {

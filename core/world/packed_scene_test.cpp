@@ -15,7 +15,6 @@
 namespace tessera {
 namespace {
 
-using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using PackedBytes = std::vector<std::uint8_t>;
