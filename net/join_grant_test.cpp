@@ -6,7 +6,6 @@
 namespace tessera::net {
 namespace {
 
-using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using GrantBytes = std::vector<std::uint8_t>;
 
