@@ -224,6 +224,7 @@ absl::StatusOr<ShownTicket> ParseTicket(std::string_view text) {
     return absl::InvalidArgumentError(
         absl::StrCat("ticket: ", text.size(), " characters are more than ", kMaxTicketText));
   }
+  if (text.empty()) return absl::InvalidArgumentError("ticket: is empty");
   ShownTicket shown;
   std::vector<std::uint8_t> bytes(text.size());
   std::size_t size = 0;

@@ -1,5 +1,6 @@
 // Datagrams of an unproven peer at an acceptor: a datagram that is read comes back when it is written again, none
 // leaves anything behind, and every answer is shorter than its question.
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -54,7 +55,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Bytes bytes(data + 1, data + size);
   ReadAll(bytes);
   Acceptor& acceptor = TestAcceptor();
-  const Acceptor::TimePoint now{std::chrono::hours(1)};
+  // An address has a budget of hellos a second; time goes on, so that it is never used up.
+  static Acceptor::TimePoint now{std::chrono::hours(1)};
+  now += std::chrono::milliseconds(10);
   if (auto login = ReadLogin(bytes); login && help) {
     Bytes hello = Write(Hello{.protocol = kProtocolVersion, .session = login->session, .nonce = login->nonce});
     const auto challenge = ReadChallenge(acceptor.Receive(now, kFrom, hello).bytes);
