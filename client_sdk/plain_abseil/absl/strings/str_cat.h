@@ -32,7 +32,7 @@ void Append(std::string& to, const T& value) {
     } else {
       end = std::to_chars(text, text + sizeof text, value).ptr;
     }
-    to.append(text, end);
+    to.append(text, static_cast<std::size_t>(end - text));
   }
 }
 
