@@ -325,6 +325,8 @@ absl::Status ControlPlane::CheckTicketsSignature(const std::string& ticket) {
 
 absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstanceRequest& request,
                                                             const std::function<bool()>& given_up, bool stranger) {
+  // Whoever joined a record that is about to be replaced would be forgotten with it, and so would a ticket's use.
+  if (absl::Status status = CheckRecovered(); !status.ok()) return status;
   if (absl::Status status = CheckTicketsSignature(request.ticket()); !status.ok()) return status;
   Lock lock(mutex_);
   Watch watch(*this, request.instance_id());

@@ -6,8 +6,11 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
+#include <utility>
 
+#include "control_plane/backup.h"
 #include "control_plane/memory_store.h"
 #include "prometheus/registry.h"
 #include "telemetry/http_get.h"
@@ -61,6 +64,44 @@ TEST_F(HttpPagesTest, HealthSaysThatTheStoreCannotBeWrittenAndWhenItCanAgain) {
   EXPECT_THAT(HealthOnce(503), HasSubstr("503 the store cannot be written: "));
   store_.FailNext(0);
   EXPECT_EQ(HealthOnce(200), "200 ok\n") << "it is tried again without anybody asking";
+}
+
+// No agent has been admitted, so there is nobody to wait for.
+TEST_F(HttpPagesTest, NobodyJoinsOneThatBeganFromABackupBeforeItKnowsWhatRuns) {
+  ASSERT_EQ(AddHost("alpha"), 0);
+  std::string backup;
+  ASSERT_TRUE(plane_
+                  ->Backup([&backup](std::string_view bytes) {
+                    backup.append(bytes);
+                    return absl::OkStatus();
+                  })
+                  .ok());
+  MemoryStore store;
+  ASSERT_TRUE(RestoreBackup(backup, store).ok());
+  const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                std::chrono::system_clock::now().time_since_epoch()};
+  auto cluster = *Cluster::Load(store, {}, SystemRandomBytes, now);
+  ASSERT_TRUE(cluster->state().recovering());
+  ControlPlane restored(store, std::move(cluster));
+  v1::JoinInstanceRequest request;
+  request.set_instance_id("inst-1");
+  absl::Status status = restored.CheckRecovered();
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(restored
+                .Join(
+                    request, [] { return false; }, true)
+                .status()
+                .code(),
+            absl::StatusCode::kUnavailable);
+  const auto patience_ends = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!status.ok() && std::chrono::steady_clock::now() < patience_ends) status = restored.CheckRecovered();
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(restored
+                .Join(
+                    request, [] { return false; }, true)
+                .status()
+                .code(),
+            absl::StatusCode::kNotFound);
 }
 
 TEST_F(HttpPagesTest, OneThatFollowsIsWell) {

@@ -260,8 +260,8 @@ PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string&
   } else {
     const auto request = ReadLeaveBody(body);
     if (request.ok()) subject = request->instance_id();
-    status = request.ok() ? plane.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); })
-                          : request.status();
+    status = request.ok() ? plane.CheckRecovered() : request.status();
+    if (status.ok()) status = plane.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); });
     answer = LeaveAnswer(status);
   }
   const auto took = HttpsClock::now() - begun;
