@@ -50,7 +50,17 @@ bool RegionLinks::Service(TimePoint now, const LinkTable& table, MapVersion map_
   if (identity_ && !closed_) DialDue(round);
   DropSilentCallers(now);
   metrics_.link_acceptor.Take(endpoint_->acceptor_stats(), endpoint_->receive_stats());
+  if (now >= show_at_) ShowRoundTrips(now);
   return !happened.empty();
+}
+
+void RegionLinks::ShowRoundTrips(TimePoint now) {
+  show_at_ = now + std::chrono::seconds(1);
+  for (const auto& [region, link] : links_) {
+    const std::chrono::duration<double> round_trip =
+        link.confirmed ? endpoint_->StatsOf(link.peer).round_trip : Duration(0);
+    metrics_.ShowRoundTrip(region, round_trip.count());
+  }
 }
 
 void RegionLinks::Handle(const net::Event& event, const Round& round) {

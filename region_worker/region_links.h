@@ -100,6 +100,7 @@ class RegionLinks {
   void Dial(RegionLink& link, const PeerAddress& address, TimePoint now);
   void CutDial(RegionLink& link, RegionId region, std::string_view why);
   void DropSilentCallers(TimePoint now);
+  void ShowRoundTrips(TimePoint now);
   void SendHello(net::PeerHandle peer, MapVersion map_version);
   absl::Status CheckHello(const v1::LinkHello& hello, RegionId region, std::optional<Incarnation> proven,
                           const LinkTable& table) const;
@@ -111,6 +112,7 @@ class RegionLinks {
   std::optional<LinkIdentity> identity_;
   bool closed_ = false;
   Links links_;
+  TimePoint show_at_{};  // when the metrics of links are shown again
   std::map<net::PeerHandle, Caller> callers_;
 };
 

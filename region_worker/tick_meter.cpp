@@ -40,6 +40,7 @@ void TickMeter::Stepped(const TickDriver& ticks) {
   metrics_.physics.Observe(length_of(region::Phase::kPhysics));
   metrics_.prediction.Observe(length_of(region::Phase::kPrediction));
   metrics_.frame_wait.Observe(Seconds(ticks.frame_wait()));
+  metrics_.CountWait(ticks.waited_for(), Seconds(ticks.frame_wait()));
   if (begun_before_ != TimePoint()) NoteLength(ticks);
 }
 

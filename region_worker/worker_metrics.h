@@ -7,6 +7,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/game/game_host.h"
@@ -78,6 +79,9 @@ class WorkerMetrics {
   AcceptorMetrics game_acceptor, link_acceptor;
 
   void CountDropped(DropReason reason) { frames_dropped[static_cast<std::size_t>(reason)]->Increment(); }
+  // A step waited so long for the frames of `neighbours`, which came last, together.
+  void CountWait(std::span<const RegionId> neighbours, double seconds);
+  void ShowRoundTrip(RegionId neighbour, double seconds);
   // Brings the series of a region's state up to date.
   void Show(const RegionRun& run, const LinkTable& links);
   // The same for the game's own counters and what each callback cost: not in every tick.

@@ -8,6 +8,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "host/files.h"
 
@@ -71,6 +72,23 @@ prometheus::MetricFamily BuildInfo() {
   return family;
 }
 
+// Labelled, so that a graph shows at once which of them it is.
+prometheus::MetricFamily Stalled(const HostReading& host) {
+  prometheus::MetricFamily family =
+      Family("tessera_host_stalled_seconds_total", "Time in which some task of the host waited for the resource",
+             prometheus::MetricType::Counter, 0);
+  family.metric.clear();
+  const auto add = [&](const char* resource, double seconds) {
+    prometheus::ClientMetric& metric = family.metric.emplace_back();
+    metric.label.push_back({"resource", resource});
+    metric.counter.value = seconds;
+  };
+  add("cpu", host.cpu_stalled_s);
+  add("io", host.io_stalled_s);
+  add("memory", host.memory_stalled_s);
+  return family;
+}
+
 }  // namespace
 
 void ParseStatm(const std::string& statm, std::uint64_t page_bytes, MemoryReading& reading) {
@@ -99,6 +117,35 @@ void ParseMeminfo(const std::string& meminfo, MemoryReading& reading) {
   reading.host_virtual_available_bytes = reading.host_physical_available_bytes + swap_free;
 }
 
+double ParseProcessorWait(const std::string& schedstat) {
+  std::istringstream text(schedstat);
+  std::uint64_t ran_ns = 0, waited_ns = 0;
+  return text >> ran_ns >> waited_ns ? static_cast<double>(waited_ns) * 1e-9 : 0;
+}
+
+double ParseSteal(const std::string& stat, double ticks_per_second) {
+  std::istringstream text(stat);
+  std::string name;
+  if (!(text >> name) || name != "cpu") return 0;
+  std::uint64_t ticks = 0;
+  for (int number = 1; number <= 8; ++number) {
+    if (!(text >> ticks)) return 0;
+  }
+  return static_cast<double>(ticks) / ticks_per_second;
+}
+
+double ParsePressure(const std::string& pressure) {
+  std::istringstream text(pressure);
+  for (std::string line; std::getline(text, line);) {
+    constexpr std::string_view kTotal = " total=";
+    const std::size_t at = line.find(kTotal);
+    if (line.starts_with("some ") && at != std::string::npos) {
+      return std::strtod(line.c_str() + at + kTotal.size(), nullptr) * 1e-6;
+    }
+  }
+  return 0;
+}
+
 MemoryReading ReadMemory() {
   MemoryReading reading;
   ParseStatm(ReadProc("/proc/self/statm"), static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)), reading);
@@ -112,13 +159,22 @@ ProcessReading ReadProcess() {
   return {.cpu_s = Seconds(usage.ru_utime) + Seconds(usage.ru_stime),
           .start_time_unix_s = StartTime(),
           .open_fds = CountOpenFds(),
-          .max_fds = MostOpenFds()};
+          .max_fds = MostOpenFds(),
+          .processor_wait_s = ParseProcessorWait(ReadProc("/proc/self/schedstat"))};
+}
+
+HostReading ReadHost() {
+  return {.steal_s = ParseSteal(ReadProc("/proc/stat"), static_cast<double>(sysconf(_SC_CLK_TCK))),
+          .cpu_stalled_s = ParsePressure(ReadProc("/proc/pressure/cpu")),
+          .memory_stalled_s = ParsePressure(ReadProc("/proc/pressure/memory")),
+          .io_stalled_s = ParsePressure(ReadProc("/proc/pressure/io"))};
 }
 
 std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
   using Type = prometheus::MetricType;
   const MemoryReading memory = ReadMemory();
   const ProcessReading process = ReadProcess();
+  const HostReading host = ReadHost();
   const auto number = [](std::uint64_t value) { return static_cast<double>(value); };
   return {
       Family("process_virtual_memory_bytes", "Address space of this process", Type::Gauge,
@@ -139,6 +195,12 @@ std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
              number(process.max_fds)),
       Family("process_start_time_seconds", "When this process started, Unix time", Type::Gauge,
              process.start_time_unix_s),
+      Family("tessera_process_processor_wait_seconds_total",
+             "Time in which the main thread was ready to run and had no processor", Type::Counter,
+             process.processor_wait_s),
+      Family("tessera_host_steal_seconds_total", "Time that the machine below a virtual one gave to others",
+             Type::Counter, host.steal_s),
+      Stalled(host),
       BuildInfo(),
   };
 }

@@ -38,6 +38,27 @@ TEST(ParseMeminfoTest, AddsSwapToVirtualMemory) {
   EXPECT_EQ(reading.host_virtual_available_bytes, 1000u * 1024);
 }
 
+TEST(ParseProcessorWaitTest, TakesTheSecondNumber) {
+  EXPECT_DOUBLE_EQ(ParseProcessorWait("900 2500000000 17\n"), 2.5);
+  EXPECT_EQ(ParseProcessorWait(""), 0);
+  EXPECT_EQ(ParseProcessorWait("900\n"), 0);
+}
+
+TEST(ParseStealTest, TakesTheEighthNumberOfAllProcessors) {
+  EXPECT_DOUBLE_EQ(ParseSteal("cpu  1 2 3 4 5 6 7 250 9 10\ncpu0 1 2 3 4 5 6 7 8 9 10\n", 100), 2.5);
+  EXPECT_EQ(ParseSteal("", 100), 0);
+  EXPECT_EQ(ParseSteal("cpu  1 2 3\n", 100), 0);
+  EXPECT_EQ(ParseSteal("intr 1 2 3 4 5 6 7 8 9\n", 100), 0);
+}
+
+TEST(ParsePressureTest, TakesTheTotalOfSomeTask) {
+  EXPECT_DOUBLE_EQ(ParsePressure("some avg10=1.53 avg60=0.87 avg300=0.73 total=2500000\n"
+                                 "full avg10=0.00 avg60=0.00 avg300=0.00 total=9\n"),
+                   2.5);
+  EXPECT_EQ(ParsePressure(""), 0);
+  EXPECT_EQ(ParsePressure("full avg10=0.00 avg60=0.00 avg300=0.00 total=9\n"), 0);
+}
+
 TEST(ReadMemoryTest, SeesMemoryThatThisProcessTouches) {
   constexpr std::size_t kBytes = std::size_t{32} << 20;
   const MemoryReading before = ReadMemory();
@@ -87,12 +108,12 @@ TEST(ReadProcessTest, StartedNotLongAgo) {
 TEST(ProcessMetricsTest, NamesFollowPrometheusConventions) {
   std::map<std::string, prometheus::MetricFamily> families;
   for (auto& family : ProcessMetrics().Collect()) families[family.name] = family;
-  EXPECT_EQ(families.size(), 11u);
+  EXPECT_EQ(families.size(), 14u);
   for (const auto& [name, family] : families) {
     EXPECT_TRUE(name.starts_with("tessera_") || name.starts_with("process_")) << name;
     EXPECT_EQ(name.ends_with("_total"), family.type == prometheus::MetricType::Counter) << name;
     EXPECT_FALSE(family.help.empty()) << name;
-    ASSERT_EQ(family.metric.size(), 1u) << name;
+    ASSERT_EQ(family.metric.size(), name == "tessera_host_stalled_seconds_total" ? 3u : 1u) << name;
   }
   EXPECT_GT(families["process_resident_memory_bytes"].metric[0].gauge.value, 0);
   EXPECT_GE(families["process_max_fds"].metric[0].gauge.value, families["process_open_fds"].metric[0].gauge.value);

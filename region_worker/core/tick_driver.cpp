@@ -19,12 +19,14 @@ void TickDriver::Run(TimePoint now) {
 void TickDriver::Restart(TimePoint now) {
   pacer_.Start(now);
   waiting_since_.reset();
+  waiting_for_.clear();
 }
 
 bool TickDriver::Due(TimePoint now) {
   if (!running_ || region_.halted() || now < pacer_.due()) return false;
   if (region_.CanStep()) return true;
   if (!waiting_since_) waiting_since_ = now;
+  waiting_for_ = region_.WaitingFor();
   return false;
 }
 
@@ -32,6 +34,7 @@ region::StepResult TickDriver::Step(TimePoint now, const region::PhaseObserver& 
                                     Actions& actions) {
   frame_wait_ = waiting_since_ ? now - *waiting_since_ : Duration(0);
   waiting_since_.reset();
+  waited_for_ = std::exchange(waiting_for_, {});
   pacer_.Began(now);
   region::StepResult result = region_.Step(observer);
   stepped_ = true;

@@ -12,6 +12,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/region/region.h"
 #include "region_worker/core/actions.h"
@@ -49,6 +50,8 @@ class TickDriver {
   bool stepped() const { return stepped_; }  // at least once
   TimePoint last_step() const { return last_step_; }
   Duration frame_wait() const { return frame_wait_; }  // before the last step
+  // The neighbours whose frames came last, ascending; empty where the last step waited for none.
+  std::span<const RegionId> waited_for() const { return waited_for_; }
   Duration tick_length() const { return pacer_.tick_length(); }
   std::uint64_t links_down() const { return links_down_; }  // that it took down
 
@@ -63,6 +66,7 @@ class TickDriver {
   TimePoint last_step_{};
   std::optional<TimePoint> waiting_since_;  // for frames
   Duration frame_wait_{0};
+  std::vector<RegionId> waiting_for_, waited_for_;  // now; before the last step
   std::uint64_t links_down_ = 0;
 };
 

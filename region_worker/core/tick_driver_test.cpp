@@ -10,7 +10,9 @@ namespace tessera::worker {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::Field;
+using ::testing::IsEmpty;
 
 class TickDriverTest : public ::testing::Test {
  protected:
@@ -68,6 +70,24 @@ TEST_F(TickDriverTest, WaitsForTheNeighboursFramesAndSaysForHowLong) {
   const TimePoint came = kStart + std::chrono::milliseconds(30);
   Step(came);
   EXPECT_EQ(ticks->frame_wait(), std::chrono::milliseconds(30));
+}
+
+TEST_F(TickDriverTest, SaysForWhomTheStepWaitedLast) {
+  region::Region other(WithoutPromises(ConfigOf(2, 2)));
+  Begin(2);
+  EXPECT_FALSE(ticks->Due(kStart));
+  Bring(other.Start());
+  Step(kStart + std::chrono::milliseconds(30));
+  EXPECT_THAT(ticks->waited_for(), ElementsAre(kSecond));
+}
+
+TEST_F(TickDriverTest, AStepWhoseFramesWereThereWaitedForNobody) {
+  region::Region other(WithoutPromises(ConfigOf(2, 2)));
+  Begin(2);
+  Bring(other.Start());
+  Step(kStart);
+  EXPECT_THAT(ticks->waited_for(), IsEmpty());
+  EXPECT_EQ(ticks->frame_wait(), Duration(0));
 }
 
 TEST_F(TickDriverTest, TheFramesOfATickAreSent) {

@@ -58,6 +58,15 @@ std::vector<DashboardQuery> DashboardQueries(const std::string& window) {
   return queries;
 }
 
+std::vector<DashboardQuery> DashboardMarks() {
+  const auto dashboard = nlohmann::json::parse(ReadSource("deploy/grafana/dashboards/tessera.json"));
+  std::vector<DashboardQuery> marks;
+  for (const auto& mark : dashboard.at("annotations").at("list")) {
+    marks.push_back({.panel = mark.at("name"), .expression = WithoutVariables(mark.at("expr"), "")});
+  }
+  return marks;
+}
+
 std::set<MetricInfo> ListedMetrics() {
   static const std::regex row(R"(^\| `((?:tessera|process)_\w+)(\{[^`]*\})?` \| (\w+) \|)");
   std::set<MetricInfo> metrics;

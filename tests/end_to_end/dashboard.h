@@ -21,6 +21,9 @@ struct MetricInfo {
   auto operator<=>(const MetricInfo&) const = default;
 };
 
+// The queries whose results are marked on all graphs, with "$instance_id" replaced by what matches all.
+std::vector<DashboardQuery> DashboardMarks();
+
 // The tables of docs/metrics.md.
 std::set<MetricInfo> ListedMetrics();
 

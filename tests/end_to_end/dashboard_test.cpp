@@ -49,6 +49,17 @@ TEST(DashboardTest, AsksOnlyForListedMetrics) {
   }
 }
 
+TEST(DashboardTest, MarksWhatHappenedByListedMetrics) {
+  const std::set<std::string> listed = ListedSeries();
+  const std::vector<DashboardQuery> marks = DashboardMarks();
+  ASSERT_FALSE(marks.empty());
+  for (const DashboardQuery& mark : marks) {
+    const std::set<std::string> names = MetricNamesIn(mark.expression);
+    EXPECT_FALSE(names.empty()) << mark.panel;
+    for (const std::string& name : names) EXPECT_TRUE(listed.contains(name)) << mark.panel << ": " << name;
+  }
+}
+
 TEST(DashboardTest, ShowsEveryHistogramOfARegion) {
   std::string all;
   for (const DashboardQuery& query : DashboardQueries("1m")) all += query.expression + "\n";

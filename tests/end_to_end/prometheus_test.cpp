@@ -156,6 +156,13 @@ TEST_F(PrometheusTest, EveryQueryOfTheDashboardReturnsData) {
   for (const DashboardQuery& query : open) ADD_FAILURE() << "no data: " << query.panel << ": " << query.expression;
 }
 
+// Nothing that is marked may have happened yet, so an empty answer is one; a query that is not understood throws.
+TEST_F(PrometheusTest, EveryMarkOfTheDashboardCanBeAsked) {
+  for (const DashboardQuery& mark : DashboardMarks()) {
+    EXPECT_TRUE(prometheus().Query(mark.expression).is_array()) << mark.panel;
+  }
+}
+
 TEST_F(PrometheusTest, EvaluatesEveryAlertAndNoneOfThemIsAboutAFault) {
   nlohmann::json rules;
   const auto all_evaluated = [&] {
