@@ -31,7 +31,7 @@ struct Blast {
   std::uint64_t id = 0;  // no other has it
   Tick due;              // it acts after the step to this tick
   Tick ends;             // whoever hears of it after this tick does nothing
-  BodyId by;             // whom the callback was about that asked for it; 0: the world
+  BodyId by;             // the body whose callback asked for it; 0: the world
   Vec3d at;
   double radius_m = 1;
   double impulse_ns = 0;            // where nothing has fallen off, away from `at`; below 0: towards it
@@ -55,7 +55,7 @@ struct BlastHit {
   double share = 0;  // 1 where nothing has fallen off
   Vec3d impulse_ns;
 };
-// What it does to a body with its centre of mass at `place`; nothing beyond the radius. The place itself is pushed up.
+// The push on a body with its centre of mass at `place`; nothing beyond the radius. The place itself is pushed up.
 std::optional<BlastHit> HitOf(const Blast& blast, Vec3d place, double mass_kg);
 
 // A blast that is settled for a body.

@@ -30,8 +30,8 @@ struct tessera_game_call {
 
   tessera::game::Transaction& transaction;
   const tessera::Tick tick;
-  const tessera::BodyId self;  // whom the callback is about; 0 for the world, kInstanceBody for its record
-  tessera::BodyId other;       // whom else, if anyone
+  const tessera::BodyId self;  // the body that the callback is about; 0 for the world, kInstanceBody for its record
+  tessera::BodyId other;       // the other body that it is about, if any
   const std::uint64_t seed;
   const std::uint64_t budget;  // instructions
 
@@ -44,7 +44,7 @@ struct tessera_game_call {
   std::string text;
   std::vector<tessera_game_value> values;
   std::vector<tessera_game_field> fields;
-  std::vector<tessera::game::ControlNews> control_news;  // of a message that was carried out
+  std::vector<tessera::game::ControlNews> control_news;  // sent by a message that was carried out
 };
 
 namespace tessera::game {

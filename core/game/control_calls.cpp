@@ -101,7 +101,7 @@ absl::Status DecideControl(tessera_game_call& call, BodyId id, BodyId speaker) {
   GameRecord& record = transaction.Own(id)->record;
   if (record.driver == player && record.driver_until == Tick()) return absl::OkStatus();
   if (transaction.Owns(speaker)) {
-    // Who has asked for another one, or for none, meanwhile gets that.
+    // A player who has asked for another one, or for none, meanwhile gets that.
     if (transaction.RecordOf(speaker).player->controls != id) return absl::OkStatus();
     TakeControl(transaction, player, id);
     call.control_news.push_back({player, id, ""});

@@ -25,7 +25,7 @@ struct GameEvent {
   std::uint32_t callback = 0;
   BodyId self, other;
   std::optional<Contact> contact = std::nullopt;
-  // Of kOnBodyBlast: `other` is whom it is by, or 0.
+  // Set for kOnBodyBlast: `other` is the body that it is by, or 0.
   struct Blown {
     Vec3d at;
     double share = 0;

@@ -225,7 +225,7 @@ void GameHost::SettleAllControl(GameWorld& world) {
   }
 }
 
-// What is told has happened, whether the callback fails or not.
+// The control has changed already, whether the callback fails or not.
 void GameHost::TellOfControl(std::span<const ControlNews> news, GameWorld& world) {
   for (const ControlNews& one : news) {
     const std::array<tessera_game_value, 3> arguments{ToInterface(GameValue(one.player)),

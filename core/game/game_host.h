@@ -97,7 +97,7 @@ class GameHost {
   void Run(Tick tick, std::span<const GameEvent> events, GameWorld& world, const PlayerChanges& players = {});
   // Loads the game's code anew.
   absl::Status Renew();
-  // What is not in any record, as it is between two ticks.
+  // State that is not in any record, as it is between two ticks.
   HostState State() const;
   // Another host's, in whose place this one goes on or begins: events of bodies that `has` says are here wait after
   // those that wait already, and a callback that is off there is off.
@@ -184,7 +184,7 @@ class GameHost {
   std::size_t made_ = 0;           // bodies in this tick
   bool removed_ = false;           // a callback removed a body since on_tick of bodies began
   std::size_t sent_ = 0;           // messages in this tick
-  std::uint64_t shown_at_ = 0;     // of the command under way
+  std::uint64_t shown_at_ = 0;     // time that the sender of the command under way was shown
   std::deque<GameEvent> waiting_;  // events whose turn has not come
   BodyId next_ticked_;             // on_tick of bodies goes on from here; 0: from the first
   std::size_t lines_this_tick_ = 0;

@@ -45,7 +45,7 @@ class GameWorld {
   virtual std::vector<BodyId> DueBy(Tick tick) const = 0;
   // Borders between this region and the farthest of those that a query touches.
   virtual std::uint32_t HopsFor(const BodyQuery& query) const = 0;
-  // What the regions have said to a question of a record that is owned here; nothing as long as one is awaited.
+  // The answer of the regions to a question of a record that is owned here; nothing as long as one is awaited.
   virtual std::optional<Answer> AnswerTo(BodyId asker, const GameQuestion& question) const = 0;
   // The input of a player whose body the region owns that acted in the last step, or stands in for one; null if none
   // has come yet. Valid until the world changes.

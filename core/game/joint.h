@@ -33,10 +33,10 @@ struct GameJoint {
   GameJointKind kind = GameJointKind::kBall;
   Pose frame, other_frame;                    // in the coordinates of each body's shape
   float lower = 1, upper = -1;                // rad of a hinge, m; lower > upper: free
-  float stiffness_n_m = 0, damping_ns_m = 0;  // of a spring
+  float stiffness_n_m = 0, damping_ns_m = 0;  // spring alone
   bool bodies_collide = false;
   Tick until;  // when a joint that waits is given up; 0: it was made
-  // Who is told, by a message of this name, whether the joint was made; nobody where the name is empty.
+  // The record that hears, by a message of this name, whether the joint was made; nobody where the name is empty.
   std::string answer;
   BodyId asked_by;
   friend bool operator==(const GameJoint&, const GameJoint&) = default;

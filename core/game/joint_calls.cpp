@@ -128,7 +128,7 @@ class JointReader {
     return Wrong(name, absl::StrCat("must be ", least, " to ", most, ", got ", *out));
   }
 
-  // What is given belongs to the kind.
+  // The arguments given must belong to the kind.
   absl::Status CheckTogether() const {
     if (at_other_ && !TwoPoints()) return Wrong("at_other", "is for a spring or a distance");
     if (axis_ && !Turns()) return Wrong("axis", "is for a hinge or a slider");

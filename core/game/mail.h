@@ -33,7 +33,7 @@ inline constexpr std::uint64_t kDirectTicks = 2;
 constexpr std::uint64_t DeliveryTicks(std::uint32_t hops) { return hops <= 1 ? 4 : 4 + 2 * (std::uint64_t{hops} - 1); }
 
 struct Message {
-  BodyId speaker;          // whom the callback was about that sent it; 0: the world
+  BodyId speaker;          // the body whose callback sent it; 0: the world
   std::uint32_t verb = 0;  // a function of the table that its target carries out; 0: it is for on_message
   std::string name;
   std::vector<std::uint8_t> values;  // EncodeFields, at most kMaxMessageBytes

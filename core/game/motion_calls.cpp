@@ -218,7 +218,7 @@ class MotionCall {
     if (call_.transaction.world().IsAnchored(id_)) {
       return Wrong(absl::StrCat("joints hold body ", id_.value(), " where it is"));
     }
-    // What a push of the same tick was to give it counts, unless this gives it something else.
+    // The velocity that a push of the same tick was to give counts, unless this gives another one.
     if (to.velocity_m_s) record_.push_ns = {};
     if (to.spin_rad_s) record_.push_nms = {};
     record_.teleport = to;

@@ -1,4 +1,4 @@
-// What a game does to the motion of bodies comes to stand in their records, and what is wrong is named.
+// A game's calls that move bodies come to stand in their records, and the error of a wrong call names the argument.
 #include "core/game/motion_calls.h"
 
 #include <gmock/gmock.h>

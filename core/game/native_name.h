@@ -29,7 +29,7 @@ bool IsModuleHash(std::string_view text);
 
 struct NativeGameName {
   std::string name;
-  std::string hash;  // of the build that is meant; empty: any
+  std::string hash;  // the build that is meant; empty: any
 };
 bool IsNativeGame(std::string_view text);
 // INVALID_ARGUMENT says what is wrong with the name or with the hash.
@@ -37,7 +37,7 @@ absl::StatusOr<NativeGameName> ParseNativeGame(std::string_view text);
 // For people: with the first 8 digits of the hash, if there is one.
 std::string NativeGameText(std::string_view name, std::string_view hash);
 
-// What follows kDiedInModule in the line; empty if it is no such line.
+// The text that follows kDiedInModule in the line; empty if it is no such line.
 std::string_view DeathInModule(std::string_view line);
 
 }  // namespace tessera::game

@@ -129,7 +129,7 @@ tessera_game_value InputFields(tessera_game_call& call, PlayerNumber player) {
   return result;
 }
 
-// What a client says is a claim: nobody sees the future, and who says to see a past too long gone gains nothing.
+// The time that a client names is a claim: nobody sees the future, and naming a past too long gone gains nothing.
 double ShownTime(const tessera_game_call& call, PlayerNumber player) {
   const PlayerInput* const input = call.transaction.world().InputOf(player);
   const bool of_command = call.callback == kOnCommand && call.self == PlayerBodyId(player);

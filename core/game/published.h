@@ -23,7 +23,7 @@ struct PublishedEvent {
   std::uint64_t number = 0;
   std::uint64_t missed = 0;  // events before it that were left out
   Tick tick;                 // the step in which it came here
-  BodyId source;             // whom the callback was about that published it; 0: the world
+  BodyId source;             // the body whose callback published it; 0: the world
   std::string name;
   std::vector<std::uint8_t> values;  // EncodeFields, at most kMaxMessageBytes
   std::size_t bytes() const { return name.size() + values.size(); }

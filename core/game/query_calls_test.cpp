@@ -108,7 +108,7 @@ TEST_F(QueryCallsTest, BodiesAreChosenByKindAndProperty) {
   const auto met = [&](const Named& options) {
     std::vector<std::uint64_t> ids;
     EXPECT_TRUE(InACallback([&](GameCalls& calls) {
-      // What the callback itself has set counts.
+      // Properties that the callback itself has set count.
       if (!calls.Call(kBodySet, {BodyId(1), std::string("health"), std::int64_t{5}})) return false;
       if (!calls.CallRaw(kWorldRayAll, std::vector{V(0, 0, 0), V(0, 0, 8), options.value()})) return false;
       for (std::uint32_t i = 0; i < calls.result().count; ++i) {

@@ -45,7 +45,7 @@ struct Question {
   GameFields property;               // none, or one: bodies that have this value
 };
 
-// What is read means nothing without the scene, which has the kinds and the properties.
+// The bytes mean nothing without the scene, which has the kinds and the properties.
 std::vector<std::uint8_t> EncodeQuestion(const Question& question);
 // INVALID_ARGUMENT: "query: truncated", "query: is not finite", "query: an unknown kind" and so on.
 absl::StatusOr<Question> DecodeQuestion(std::span<const std::uint8_t> bytes, const Scene& scene);

@@ -77,8 +77,8 @@ struct GameRecord {
   std::uint8_t jumps = 0;  // how often it was put elsewhere; after 255 comes 0
   BodyTuning tuning;
   std::vector<GameJoint> joints;  // to bodies with higher ids, ascending by them
-  // Whose inputs move the body, which is no player's own; 0: nobody's. Until `driver_until` the player is awaited, and
-  // another one may have it from then on; 0: the player's record is in the same region, and says the same.
+  // The player whose inputs move the body, if it is no player's own; 0: nobody. Until `driver_until` it is awaited, and
+  // another one may have the body from then on; 0: the player's record is in the same region, and says the same.
   PlayerNumber driver;
   Tick driver_until;
   // Area effects that are settled for the body, and that the region which owns it may yet hear of; ascending by id.
@@ -90,8 +90,8 @@ struct GameRecord {
   Mail mail;
   // The body is gone. The record is left until its messages are acknowledged, and has nothing else.
   bool removed = false;
-  SharedPlayerRecord player;  // of a player's body
-  Published published;        // of the world
+  SharedPlayerRecord player;  // set for a player's body
+  Published published;        // set for the world
 
   bool empty() const { return *this == GameRecord(); }
   // Whether there is anything to do in the next step, or after it.

@@ -9,23 +9,23 @@ namespace tessera::game {
 struct GameSettings {
   std::uint64_t instructions_per_callback = 20'000;  // one that needs more fails
   std::uint64_t instructions_per_tick = 100'000;     // in a region; what is left waits for the next tick, in order
-  std::uint32_t failures_until_off = 20;             // of one callback in a row
+  std::uint32_t failures_until_off = 20;             // failures of one callback in a row
   std::size_t spawns_per_tick = 256;                 // bodies that a region makes
   std::size_t bodies_per_region = 20'000;            // with more, nothing is made
   std::size_t messages_per_tick = 1'024;             // that a region's callbacks send
 };
 
-inline constexpr std::size_t kMaxWaitingEvents = 65'536;  // of a region; later ones are dropped and counted
+inline constexpr std::size_t kMaxWaitingEvents = 65'536;  // in a region; later ones are dropped and counted
 // The oldest of them that the standby and checkpoints have. More, and a game that is always late fills the log.
 inline constexpr std::size_t kMaxKeptEvents = 1'024;
-inline constexpr std::size_t kMaxTimers = 16;  // of a body
+inline constexpr std::size_t kMaxTimers = 16;  // on a body
 inline constexpr std::int64_t kMaxTimerTicks = 1'000'000;
-inline constexpr std::size_t kMaxForces = 4;            // of a body, that act for a time
-inline constexpr std::int64_t kMaxForceTicks = 36'000;  // of one of them: ten minutes at 60 Hz
-inline constexpr std::int64_t kMaxMoveTicks = 36'000;   // of the way of a kinematic body
+inline constexpr std::size_t kMaxForces = 4;            // on a body, that act for a time
+inline constexpr std::int64_t kMaxForceTicks = 36'000;  // span of one of them: ten minutes at 60 Hz
+inline constexpr std::int64_t kMaxMoveTicks = 36'000;   // length of the way of a kinematic body
 inline constexpr std::size_t kMaxTimerNameBytes = 32;
-inline constexpr std::size_t kMaxFieldBytes = 256;    // of one event's values, as they are kept
-inline constexpr std::size_t kMaxMessageBytes = 512;  // of one message's values
+inline constexpr std::size_t kMaxFieldBytes = 256;    // values of one event, as they are kept
+inline constexpr std::size_t kMaxMessageBytes = 512;  // values of one message
 inline constexpr std::size_t kMaxMessageNameBytes = 32;
 // Messages of one sender that no target has acknowledged. More, and what goes along with its body grows.
 inline constexpr std::size_t kMaxOutbox = 64;
@@ -40,15 +40,15 @@ inline constexpr std::size_t kMaxSenders = 1'024;
 inline constexpr std::size_t kMaxPublished = 1'024, kMaxPublishedBytes = 128 * 1024;
 inline constexpr std::size_t kMaxLogLineBytes = 200;
 inline constexpr std::size_t kMaxLogLinesPerTick = 8;
-inline constexpr std::size_t kMaxCounters = 32;  // of a game, in a region; others are dropped and counted
+inline constexpr std::size_t kMaxCounters = 32;  // a game's, in a region; others are dropped and counted
 inline constexpr std::size_t kMaxCounterNameBytes = 64;
 inline constexpr std::int64_t kMaxCounted = 1'000'000;  // by one call
-inline constexpr std::size_t kMaxCommandBytes = 1024;   // of a client; one fits a datagram
+inline constexpr std::size_t kMaxCommandBytes = 1024;   // from a client; one fits a datagram
 inline constexpr std::size_t kMaxWaitingCommands =
-    16;  // of a player, for the game's turn; its client sends others again
+    16;  // from a player, for the game's turn; its client sends others again
 inline constexpr std::size_t kMaxEventNameBytes = 32;
 inline constexpr std::size_t kMaxWaitingEventsOfPlayer = 64;     // until its client has them; more cannot be sent
-inline constexpr std::size_t kMaxWaitingEventBytes = 16 * 1024;  // of names and values; they go with each handover
+inline constexpr std::size_t kMaxWaitingEventBytes = 16 * 1024;  // names and values; they go with each handover
 inline constexpr std::size_t kMaxEndReasonBytes = 200;           // why a player was refused or kicked
 inline constexpr double kMaxGameSpeed_m_s = 1000;                // that a game sets or makes by an impulse
 

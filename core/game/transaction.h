@@ -51,7 +51,7 @@ class Transaction {
   PropertySet PropertiesOf(BodyId id) const;
   GameRecord RecordOf(BodyId id) const;  // the region owns the body
 
-  // What the caller knows of a body of the world before anything changed, so that it is not looked up.
+  // The caller notes a body of the world as it was before anything changed, so that it is not looked up.
   void Know(BodyId id, const BodyDef& def, bool owned) { found_ = {id, &def, owned}; }
 
   // --- Changes.
@@ -108,7 +108,7 @@ class Transaction {
   std::map<BodyId, BodyState> placed_;    // none that was made
   std::set<BodyId> removed_;              // none of those that are made or changed
   std::map<BodyId, Changes> last_words_;  // records of removed bodies, where the call changed them
-  SpawnLimits limits_;                    // what is left of it
+  SpawnLimits limits_;                    // the part of them that is left
   std::size_t sent_ = 0;
   std::uint32_t game_;
   std::vector<Blast> blasts_;

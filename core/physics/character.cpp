@@ -28,8 +28,8 @@ constexpr double kJumpGap_m = 0.1;
 // Beyond a tick's way or two it looks ahead so far, m.
 constexpr double kAhead_m = 0.05;
 constexpr double kTicksAhead = 2;
-// What falls faster than this, m/s, is left to fall: it need not be drawn down, and stands once it is down. Otherwise
-// two worlds that differ by a rounding would land it at visibly other times.
+// A body that falls faster than this, m/s, is left to fall: it need not be drawn down, and stands once it is down.
+// Otherwise two worlds that differ by a rounding would land it at visibly other times.
 constexpr double kFalling_m_s = 1;
 // A contact as upright as this bears nothing.
 constexpr double kLeastBearing = 0.2;
@@ -170,7 +170,7 @@ class Feeler {
   const CapsuleShape& shape_;
   const BodyState state_;
   const double least_up_;
-  const Vec3d center_;  // of the lower sphere
+  const Vec3d center_;  // centre of the lower sphere
   const double bottom_m_;
 };
 

@@ -23,15 +23,15 @@
 namespace tessera::physics {
 
 struct CharacterDrive {
-  Vec3f force_n, torque_nm;  // of the next step
+  Vec3f force_n, torque_nm;  // for the next step
   friend bool operator==(const CharacterDrive&, const CharacterDrive&) = default;
 };
 
 // Holds what a character feels around it.
 struct Footing {
   bool grounded = false;       // it stands on ground that it can walk on, or may be drawn down to it
-  Vec3d normal{0, 1, 0};       // of the contact with the ground, unit
-  Vec3d ground_velocity_m_s;   // of what it stands on
+  Vec3d normal{0, 1, 0};       // normal of the contact with the ground, unit
+  Vec3d ground_velocity_m_s;   // velocity of the ground that it stands on
   double gap_m = 0;            // between the capsule and the ground, vertically
   std::optional<Vec3d> steep;  // horizontal normal, unit, of ground that is too steep and touched
   std::optional<Vec3d> wall;   // horizontal normal, unit, of what bars the way and is no step

@@ -35,7 +35,7 @@ struct PastBody {
   const Geometry* geometry = nullptr;
   std::uint32_t layer = 0;  // index
   bool dynamic = false, trigger = false;
-  Vec3d position;  // of its centre of mass
+  Vec3d position;  // its centre of mass
   Quatd orientation;
 };
 
@@ -84,7 +84,7 @@ class PoseHistory {
 
   const std::size_t most_;
   double tick_s_ = 0;
-  std::deque<Frame> frames_;  // of ticks that follow each other
+  std::deque<Frame> frames_;  // frames of ticks that follow each other
   std::map<BodyId, Gone> gone_;
 };
 

@@ -88,7 +88,7 @@ void SolveBatches::FillBodies(const SolveInput& in, ThreadTeam& team) {
     batch.sources.push_back(in.awake[i]);
   }
   for (IslandBatch& batch : batches_) {
-    batch.bodies.resize(batch.sources.size());  // of those from the last step, every field is written
+    batch.bodies.resize(batch.sources.size());  // bodies left from the last step get every field anew
     team.For(batch.bodies.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) batch.bodies[i] = SolverBodyOf(*batch.sources[i], in.dt_s);
     });

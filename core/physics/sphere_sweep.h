@@ -13,10 +13,10 @@
 namespace tessera::physics {
 
 struct SphereWay {
-  Vec3d from, to;  // of the centre, world space
+  Vec3d from, to;  // the centre's way, world space
   double radius_m = 0;
   BodyId ignored;
-  CollisionLayer layer;  // of who moves so: layers that ignore it are no obstacle
+  CollisionLayer layer;  // layer of the moving body: layers that ignore it are no obstacle
 };
 
 // Nothing outside of these bounds can be met on the way.

@@ -41,7 +41,7 @@ struct WorldSettings {
 
 struct SphereHit {
   BodyId body;
-  Vec3d center;         // of the sphere, where it stops short of the body by kSweptGap_m or less
+  Vec3d center;         // the sphere's centre where it stops short of the body by kSweptGap_m or less
   Vec3d normal;         // from the body to the sphere, unit
   double fraction = 0;  // share of the way before the hit, 0 to 1
 };

@@ -29,7 +29,7 @@ class BlastTableTest : public ::testing::Test {
     world.Own(1);
     world.Own(2);
   }
-  // Whom a step to this tick pushes.
+  // The bodies that a step to this tick pushes.
   std::vector<std::uint64_t> Act(std::uint64_t tick) {
     std::vector<std::uint64_t> pushed;
     for (const game::GameEvent& event : table.Act(Tick(tick), world.bodies, records)) {

@@ -88,7 +88,7 @@ class Bodies {
   void PlaceGhosts(std::span<const Ghost> reported);
   // An owned body is put elsewhere: its contacts end, and what it touched wakes.
   void Teleport(BodyId id, const BodyState& state);
-  // What a game changed of an owned body's definition.
+  // An owned body's definition changes as a game asks.
   void Tune(BodyId id, const BodyTuning& tuning);
   // An owned kinematic body has this state, with which it makes the next step.
   void Drive(BodyId id, const BodyState& state);
@@ -151,12 +151,12 @@ class Bodies {
   std::vector<OwnedBody> owned_;
   std::vector<double> radii_m_;  // beside owned_
   std::vector<OwnedBody> bodiless_;
-  std::map<BodyId, BodyDef> bodiless_defs_;  // of bodiless_; nothing but their ids counts
+  std::map<BodyId, BodyDef> bodiless_defs_;  // definitions of bodiless_; nothing but their ids counts
   std::vector<Ghost> ghosts_;
   absl::flat_hash_map<BodyId, std::uint32_t> places_;  // only looked up
   bool places_noted_ = false;                          // places_ is up to date
   std::uint64_t ownership_revision_ = 0;
-  std::map<BodyId, BodyDef> made_defs_;  // of players, and of what a game made
+  std::map<BodyId, BodyDef> made_defs_;  // definitions of players, and of all that a game made
   std::vector<BodyId> left_;             // see TakeLeft
   std::vector<BodyId> unconnected_;
   std::vector<JointDef> game_joints_;               // ascending by id

@@ -46,7 +46,7 @@ class Borders {
   bool IsUp(RegionId neighbor) const;  // false for a region that is no neighbour
   bool IsUp(std::size_t neighbor) const { return borders_[neighbor].link.up(); }
   std::vector<RegionId> LinksUp() const;  // ascending
-  Tick newest() const;                    // of the frames that came over links that are up
+  Tick newest() const;                    // newest tick of the frames that came over links that are up
   // Whether the frame after this step will be sent to this neighbour.
   bool Speaks(RegionId neighbor) const;
 

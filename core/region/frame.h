@@ -151,7 +151,7 @@ struct BorderFrame {
   std::vector<GrantAcknowledgement> acknowledgements;
   std::vector<LateCorrection> late_corrections;
   std::vector<PlayerInput> inputs;          // reached the granter after it had sent the grant
-  std::vector<GhostProperties> properties;  // of ghosts of this frame, ascending: what the receiver was not told before
+  std::vector<GhostProperties> properties;  // ghosts of this frame, ascending: those not sent to the receiver before
   std::vector<MessagePacket> packets;
 };
 

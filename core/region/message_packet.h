@@ -24,7 +24,7 @@ enum class PacketKind : std::uint8_t {
   kGone = 4,          // `from` was removed, and gets no messages
   kInstance = 5,      // properties of the world; the number is the epoch of its record
   kQuestion = 7,      // a query of `from`, for the region `via`; the number is the question's
-  kAnswer = 8,        // of the region `origin`, for the region `via`
+  kAnswer = 8,        // an answer from the region `origin`, for the region `via`
   kBlast = 9,         // an area effect; the number is its own. It goes from neighbour to neighbour
   kPlace = 6,         // `origin` owns the record `from` now, under the epoch that is the number
 };
@@ -40,9 +40,9 @@ struct MessagePacket {
   Tick made;
   RegionId made_in;
   std::uint64_t after = 0;               // as in SentMessage
-  game::Message what;                    // of a message
-  std::vector<std::uint8_t> properties;  // of the world: PropertySet::Encode; of questions: EncodeQuestion,
-                                         // EncodeAnswer; of a blast: game::Write
+  game::Message what;                    // set for a message
+  std::vector<std::uint8_t> properties;  // for the world: PropertySet::Encode; for questions: EncodeQuestion,
+                                         // EncodeAnswer; for a blast: game::Write
   friend bool operator==(const MessagePacket&, const MessagePacket&) = default;
 };
 

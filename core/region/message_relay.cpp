@@ -392,7 +392,7 @@ void MessageRelay::TakeInstance(const Packet& packet) {
   const auto at = std::ranges::lower_bound(instance_, std::pair(epoch, packet.made), {}, order);
   if (at != instance_.end() && order(*at) == std::pair(epoch, packet.made)) return;
   instance_.insert(at, {epoch, packet.made, packet.made + game::DeliveryTicks(hops), packet.properties});
-  // What is older than the newest that is seen by now is not needed; a few that are not seen yet are.
+  // A version older than the newest that is seen by now is not needed; a few that are not seen yet are.
   constexpr std::size_t kMostVersions = 64;
   if (instance_.size() > kMostVersions) instance_.pop_front();
 }

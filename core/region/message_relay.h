@@ -152,7 +152,7 @@ class MessageRelay {
   std::vector<std::pair<Tick, Packet>> later_;  // by the tick that the standby must have
   std::map<std::pair<BodyId, std::uint64_t>, Attempt> attempts_;
   std::map<BodyId, Place> places_;                              // last known, of records elsewhere
-  std::map<BodyId, Place> came_from_;                           // of those that came lately
+  std::map<BodyId, Place> came_from_;                           // places of those that came lately
   std::map<Tick, std::set<FloodKey>> flooded_;                  // by when they were sent
   std::shared_ptr<const std::vector<std::uint8_t>> published_;  // properties of the world, of published_epoch_
   Epoch published_epoch_;

@@ -50,7 +50,7 @@ class OutputCommit {
   // The properties of a body with this record that may be told; null or empty for none.
   const PropertyBytes& PropertiesOf(const KeptRecord& record) const;
 
-  // What game and player have said to each other that may be told; of a player's body with this record.
+  // The part that may be told of what game and player have said to each other; for a player's body with this record.
   const game::SharedPlayerRecord& PlayerOf(const KeptRecord& record) const;
 
   void Validate() const;

@@ -43,7 +43,7 @@ class Ownership {
   // The same for a body of a saved state, whose contacts nobody remembers.
   void Restore(const GrantedBody& body, const PlayerControl& control);
   void Spawn(PlayerNumber player, const PropertySet& begins = {});
-  // What a game changed of the definition of a body that is owned.
+  // The definition of an owned body changes as a game asks.
   void Tune(BodyId id, const BodyTuning& tuning) { bodies_.Tune(id, tuning); }
   // The record of the world, where the world begins.
   void BeginInstance() { bodies_.OwnBodiless(kInstanceBody, Epoch(1), InstanceState(catalog_)); }

@@ -71,7 +71,7 @@ class PairReports {
   using ByBody = std::set<std::pair<BodyId, TouchingPair>>;
   static std::vector<TouchingPair> Of(const ByBody& pairs, BodyId id);
   ByBody by_reporter_, by_other_;
-  std::vector<TouchingPair> restored_;  // of which the world has not told yet
+  std::vector<TouchingPair> restored_;  // those that the world has not reported yet
   std::vector<BodyId> left_;            // since the last report; who came with an adopted pair may be missing too
 };
 

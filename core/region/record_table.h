@@ -74,7 +74,7 @@ class RecordTable {
                    std::uint64_t change);
   // A call of a game has ended: the body's properties and record as it left them.
   void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record);
-  // What the game keeps with a body that is owned here becomes this.
+  // The record of a body that is owned here becomes this.
   void Put(BodyId id, const game::GameRecord& record);
   // The step to `tick` is about to be made, with all that acts in it.
   void Acted(Tick tick);
@@ -102,7 +102,7 @@ class RecordTable {
   void IncludePlayer(const KeptRecord& entry);
 
   std::vector<KeptRecord> all_;
-  std::set<std::pair<Tick, BodyId>> due_;             // of each body the first timer; written with all_
+  std::set<std::pair<Tick, BodyId>> due_;             // the first timer of each body; written with all_
   std::set<BodyId> acting_;                           // written with all_
   std::set<BodyId> mailing_;                          // written with all_
   std::set<BodyId> jointed_;                          // written with all_

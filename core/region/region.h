@@ -73,7 +73,7 @@ struct Config {
   std::shared_ptr<game::GameHost> game = nullptr;
 };
 
-// What a client asks of the game. `base` is the lowest number that the client still waits for: none below it comes.
+// A command of a client for the game. `base` is the lowest number that the client still waits for: none below it comes.
 struct PlayerCommand {
   std::uint32_t base = 0, number = 0;
   std::string_view bytes;

@@ -202,7 +202,7 @@ TEST_F(RegionBlastTest, BehindAClosedBorderEachIsPushedOnceWhenItOpens) {
   ExpectEachBlownOnce(12);
 }
 
-// What flies over a border that is down is granted when it is up again, at about the tick at which the effect comes.
+// A body that flies over a border that is down is granted when it is up again, at about the tick of the effect.
 TEST_F(RegionBlastTest, WhoCrossesABorderThatWasDownIsPushedOnce) {
   for (const RegionId maker : {kOne, kTwo}) {
     Begin({{-1, 0, 0}, {-1, 0, 3}}, 2, {{6, maker, {2, 0, 1}}}, {3, 0, 0});

@@ -72,7 +72,7 @@ class RegionGame : private game::GameWorld {
   void Adopt(std::uint32_t number);
   // The region made a body without the game.
   void NoteMade(BodyId id);
-  // What the host of another region, or of an earlier life, had that is in no record: all of it, or the events of what
+  // Takes over from the host of another region, or of an earlier life, all that is in no record, or the events of what
   // is owned here.
   void AdoptHost(const game::HostState& state, bool all);
   // GameHost::Inspect in this region, right after `tick`. Requires a game.
@@ -89,7 +89,7 @@ class RegionGame : private game::GameWorld {
   }
   Vec3d CenterOfMassOf(const BodyDef& def) const override;
   bool IsAnchored(BodyId id) const override;
-  // What is left of a removed body is nothing that a game sees.
+  // The remains of a removed body are nothing that a game sees.
   bool Owns(BodyId id) const override {
     return bodies_.IndexOf(id) >= 0 || (id == kInstanceBody && bodies_.FindBodiless(id) != nullptr);
   }

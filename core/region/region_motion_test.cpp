@@ -1,4 +1,4 @@
-// What a game does to motion, in one region and over borders: neighbours step the same, and nothing is done twice.
+// A game moves bodies in one region and over borders: neighbours step the same, and nothing is done twice.
 #include <gmock/gmock.h>
 
 #include <cmath>

@@ -67,7 +67,7 @@ TEST(PlayerLimitsTest, TorqueIsWhatTheForceDoesAtTheSurface) {
   EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, -20, 0}, {0, 17, 0}).y, -20);
 }
 
-// What is asked of a character goes on for a while when inputs are late, and then nothing is asked.
+// The last input of a character is held for a while when inputs are late, and then nothing is asked.
 TEST(PlayersTest, ACharactersLastInputIsHeldForAWhile) {
   Scene scene;
   scene.player = Rules();

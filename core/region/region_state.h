@@ -34,7 +34,7 @@ struct KeptGrant {
   Tick tick;  // when the state was so; the new owner has it from the next on
   BodyState state;
   PlayerControl control;               // for a player's body
-  std::vector<TouchingPair> touching;  // whose events its owner reports
+  std::vector<TouchingPair> touching;  // pairs whose events its owner reports
   CarriedRecord record = {};
   friend bool operator==(const KeptGrant&, const KeptGrant&) = default;
 };
@@ -53,7 +53,7 @@ struct RegionState {
   std::map<BodyId, CarriedRecord> records;  // for bodies among them, where changed
   std::vector<BodyClaim> tombstones;        // ascending, none of the bodies among them
   std::vector<KeptBlast> blasts;            // ascending by id
-  game::HostState host;                     // of the game; empty without one
+  game::HostState host;                     // state of the game; empty without one
   friend bool operator==(const RegionState&, const RegionState&) = default;
 
   const StateBody* Find(BodyId id) const;

@@ -34,8 +34,8 @@ struct Takeover {
 // the next death finds it.
 struct PendingGrant {
   BodyId body;
-  Epoch epoch;       // that the owner has now
-  RegionId granter;  // who keeps a copy
+  Epoch epoch;       // epoch that the owner has now
+  RegionId granter;  // the region that keeps a copy
   RegionId to;
   friend auto operator<=>(const PendingGrant&, const PendingGrant&) = default;
 };

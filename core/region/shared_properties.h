@@ -66,7 +66,7 @@ class SharedProperties {
   const PropertyPointer& ShownOf(const KeptRecord& record) const;
 
   std::map<BodyId, Pending> pending_;
-  std::map<RegionId, std::map<BodyId, PropertyPointer>> told_;  // of the ghosts in the last frame
+  std::map<RegionId, std::map<BodyId, PropertyPointer>> told_;  // properties of the ghosts in the last frame
   std::map<BodyId, PropertyPointer> seen_;
 };
 

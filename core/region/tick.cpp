@@ -119,7 +119,7 @@ game::PlayerChanges UpdatePlayers(RegionParts& parts, StepResult& result) {
   const bool game_takes_leave = parts.game.TakesLeave();
   for (const PlayerNumber player : players.left()) {
     const BodyId id = PlayerBodyId(player);
-    if (bodies.IndexOf(id) < 0) continue;  // what is left of one who has messages under way is no body
+    if (bodies.IndexOf(id) < 0) continue;  // the record of one who has messages under way is no body
     if (game_takes_leave) {
       changes.leaving.push_back(player);
     } else {
@@ -156,7 +156,7 @@ void RunGame(game::PlayerChanges players, RegionParts& parts, StepResult& result
     result.departures.push_back(departure);
   }
   ParkHidden(parts);
-  // What it connected is handed over together from now on.
+  // Bodies that the game connected are handed over together from now on.
   if (!parts.catalog.has_game()) return;
   ConnectGameJoints(parts.records, parts.bodies);
   FindDriven(parts);

@@ -31,15 +31,15 @@ struct SceneRequest {
     kHave = 3,  // snapshots: the scene is here
   };
   Want want = Want::kHold;
-  Digest scene_hash{};  // of the grant
+  Digest scene_hash{};  // named by the grant
   std::uint64_t offset = 0;
   friend bool operator==(const SceneRequest&, const SceneRequest&) = default;
 };
 
 // A part of the packed scene.
 struct SceneChunk {
-  std::uint64_t total_bytes = 0;  // of the packed scene
-  Digest sha256{};                // of the packed scene
+  std::uint64_t total_bytes = 0;  // size of the packed scene
+  Digest sha256{};                // hash of the packed scene
   std::uint64_t offset = 0;
   std::span<const std::uint8_t> bytes;  // a view into the message
 };

@@ -49,7 +49,7 @@ struct ParsedBody {
   Tick oldest;  // sample used
   bool has_velocities = false;
   QuantizedState state;
-  BodyTraits traits;  // of a full record; else of the sample that it was predicted from
+  BodyTraits traits;  // from a full record; else from the sample that it was predicted from
   std::shared_ptr<const Bytes> properties;
 };
 

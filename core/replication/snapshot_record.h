@@ -13,7 +13,7 @@ namespace tessera::replication {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// What a client has to know of a body beside its state, of what a game did to it. It changes seldom.
+// The marks that a game leaves on a body, which a client has to know beside its state. They change seldom.
 struct BodyTraits {
   std::uint8_t jumps = 0;  // how often it was put elsewhere; after 255 comes 0. Between two counts it did not move
   BodyTuning tuning;

@@ -152,7 +152,7 @@ struct SnapshotSender::Impl {
 
   SnapshotSettings settings;
   InterestWindow window;
-  BodyId own;  // of the view
+  BodyId own;  // the view's own body
   TeamId team = 0;
   std::uint64_t pushes_seen = 0;
   std::vector<Entity> entities;

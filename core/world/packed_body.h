@@ -13,7 +13,7 @@
 
 namespace tessera::packed {
 
-// What the parts of a scene refer to.
+// Tables that the parts of a scene refer to.
 struct Context {
   ShapeTable& shapes;
   std::span<const PropertyDef> properties;
@@ -89,7 +89,7 @@ inline void PathPointerOf(PackReader& io, std::shared_ptr<const BodyPath>& path)
   path = std::move(made);
 }
 
-// What the fields of a body mean together.
+// Checks that the fields of a body go together.
 inline void CheckBody(PackReader& io, const BodyDef& body) {
   if (!io.ok()) return;
   const bool dynamic = body.motion == Motion::kDynamic;

@@ -80,7 +80,7 @@ class PackWriter {
     for (const T& one : list) each(one);
   }
 
-  // What another writer wrote.
+  // Appends the bytes of another writer.
   void Raw(std::span<const std::uint8_t> bytes) { out_.Bytes(bytes); }
   std::vector<std::uint8_t> Take() { return out_.Take(); }
 

@@ -144,7 +144,7 @@ TEST(PackedSceneTest, ShapesThatAreAlikeStandOnce) {
   for (int i = 0; i < 1000; ++i) {
     BodyDef body = one.bodies[1];
     body.id = BodyId(1000 + static_cast<std::uint64_t>(i));
-    body.shape = std::make_shared<const Shape>(*body.shape);  // of the same content
+    body.shape = std::make_shared<const Shape>(*body.shape);  // a copy with the same content
     one.bodies.push_back(std::move(body));
   }
   const auto same = UnpackScene(PackScene(one));

@@ -91,7 +91,7 @@ inline bool IsForStaticBodies(const Shape& shape) { return shape.form.index() >=
 // Writes and reads shapes as their places in the table.
 class ShapeTable {
  public:
-  // Of a writer: adds the shape, and what it is made of, if it is not there yet.
+  // For a writer: adds the shape, and what it is made of, if it is not there yet.
   void Add(const ShapePtr& shape);
   std::size_t size() const { return shapes_.size(); }
 
@@ -105,9 +105,9 @@ class ShapeTable {
   std::vector<std::uint8_t> BytesOf(const Shape& shape) const;
 
   std::vector<ShapePtr> shapes_;
-  std::vector<std::vector<std::uint8_t>> bytes_;             // of a writer
-  std::unordered_map<const Shape*, std::size_t> by_place_;   // of a writer
-  std::unordered_map<std::string, std::size_t> by_content_;  // of a writer
+  std::vector<std::vector<std::uint8_t>> bytes_;             // for a writer
+  std::unordered_map<const Shape*, std::size_t> by_place_;   // for a writer
+  std::unordered_map<std::string, std::size_t> by_content_;  // for a writer
 };
 
 }  // namespace tessera::packed

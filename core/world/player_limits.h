@@ -12,7 +12,7 @@
 namespace tessera {
 
 struct PlayerLimits {
-  // What is left out is as the scene has it.
+  // A field that is left out is as the scene has it.
   std::optional<float> force_n, torque_nm;  // 0: inputs do not push, or do not turn
   std::optional<float> speed_m_s;           // as PlayerRules::max_speed_m_s; a character walks and runs no faster
   Vec3f axes{1, 1, 1};                      // share of an input's force along each axis of the world, 0 to 1

@@ -41,7 +41,7 @@ using NamedProperty = std::pair<std::string, PropertyValue>;
 // Which clients see a property, or a body.
 enum class Visibility : std::uint8_t {
   kEveryone,
-  kPlayer,   // of a player's body: that player alone; of any other body: nobody. Of properties only
+  kPlayer,   // a player's body: that player alone; any other body: nobody. Only for properties
   kServers,  // no client
   kTeam,     // the players of the body's team
 };

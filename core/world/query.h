@@ -49,8 +49,8 @@ inline constexpr double kMaxLookBack_s = 0.4;
 
 struct BodyQuery {
   QueryShape shape{};
-  Quatd orientation{};  // of the shape, unit; it does not turn on its way
-  Vec3d from{}, to{};   // of the shape's middle, finite
+  Quatd orientation{};  // the shape's, unit; it does not turn on its way
+  Vec3d from{}, to{};   // way of the shape's middle, finite
   QueryFilter filter{};
   std::size_t most_hits = 1;  // the first ones along the way; each body is hit once
   // The query is given up once it needs more work than this, in instructions of a game (some 5 ns each).
@@ -67,7 +67,7 @@ struct BodyQuery {
 struct QueryHit {
   BodyId body;
   double fraction = 0;  // share of the way, 0 to 1
-  Vec3d point;          // of the body's surface, world space, m
+  Vec3d point;          // on the body's surface, world space, m
   Vec3d normal;         // unit, out of the body towards the shape
 };
 

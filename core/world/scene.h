@@ -282,11 +282,11 @@ struct Scene {
   std::vector<Field> fields;
   std::optional<PlayerRules> player;
   ViewRules view;
-  std::vector<PropertyDef> properties;           // of bodies
-  std::vector<PropertyDef> instance_properties;  // of the world as a whole, for its game
+  std::vector<PropertyDef> properties;           // for bodies
+  std::vector<PropertyDef> instance_properties;  // for the world as a whole, for its game
   std::string team_property;                     // empty: there are no teams
-  std::vector<std::string> kinds{""};            // of bodies; the first is that of bodies without one
-  std::vector<std::string> layers{"default"};  // of bodies, at most kMaxLayers; the first is that of bodies without one
+  std::vector<std::string> kinds{""};            // for bodies; the first is that of those without one
+  std::vector<std::string> layers{"default"};  // for bodies, at most kMaxLayers; the first is that of those without one
   std::vector<Prefab> prefabs;
 
   Rect ground() const { return {bounds.min.x, bounds.min.z, bounds.max.x, bounds.max.z}; }

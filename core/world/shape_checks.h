@@ -1,4 +1,4 @@
-// What every hull and every triangle must have, wherever a scene comes from: a thickness and an area.
+// Every hull must have a thickness and every triangle an area, wherever a scene comes from.
 //
 // For use inside core/world only. Thread rule: free functions on values.
 #pragma once

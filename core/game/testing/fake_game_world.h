@@ -101,7 +101,7 @@ class FakeGameWorld : public GameWorld {
   std::optional<Answer> region_answer;  // to every question
   std::uint32_t HopsFor(const BodyQuery&) const override { return hops; }
   std::optional<Answer> AnswerTo(BodyId, const GameQuestion&) const override { return region_answer; }
-  std::optional<PlayerInput> input;  // of every player
+  std::optional<PlayerInput> input;  // the same for every player
   const PlayerInput* InputOf(PlayerNumber) const override { return input ? &*input : nullptr; }
   Vec3d LookOf(const PlayerInput&) const override { return {0, 0, -1}; }
   std::vector<BodyId> PlayerBodies() const override {

@@ -84,7 +84,7 @@ TEST(SweepOfAShapeTest, ABallComesToLieOnASlopeOfTriangles) {
       mesh.triangles.push_back({a + 1, below, below + 1});
     }
   }
-  const double lift = 0.3 * std::sqrt(1.25);  // of a ball's middle above the slope, vertically
+  const double lift = 0.3 * std::sqrt(1.25);  // height of a ball's middle above the slope
   for (const auto& slope : {GeometryOf(field), GeometryOf(mesh)}) {
     const auto down = SweepAt(*slope, SphereShape{0.3}, {{1.3, 8, -2.2}, {0, -10, 0}});
     ASSERT_TRUE(down.has_value());
