@@ -10,7 +10,7 @@ namespace tessera::control {
 namespace {
 
 enum class Need : std::uint8_t { kNothing, kViewer, kOperator, kAdministrator, kHost, kSocket };
-// Whose tokens may call it: those for some instances alone, too, or only those for the whole cluster.
+// The tokens that may call it: those for some instances alone, too, or only those for the whole cluster.
 enum class For : std::uint8_t { kCluster, kInstances };
 
 struct Method {

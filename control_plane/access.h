@@ -16,7 +16,7 @@
 namespace tessera::control {
 
 enum class Door : std::uint8_t {
-  kSocket,     // of this machine; the kernel lets the same user in, and root
+  kSocket,     // a socket of this machine; the kernel lets the same user in, and root
   kOperators,  // TLS: people and programs with tokens, agents with certificates
   kPlayers,    // TLS: everybody
 };

@@ -68,7 +68,7 @@ TEST(AccessTest, AViewerReads) {
   for (const std::string& method : AllMethods()) {
     if (absl::StrContains(method, "AgentLink")) continue;
     const bool session = absl::StrContains(method, "SessionService");
-    // Who may call, whose tickets are believed and who is banned is none of a viewer's business.
+    // Tokens, issuers of tickets and bans are none of a viewer's business.
     const bool tokens = HasAnyEnding(method, {"/ListTokens", "/ListIssuers", "/ListBans"});
     EXPECT_EQ(CheckAccess(At(Door::kOperators, v1::ROLE_VIEWER), method).ok(), session || (Reads(method) && !tokens))
         << method;

@@ -20,7 +20,7 @@ const HeldOrder& NewestOf(std::span<const HeldOrder> orders) {
   });
 }
 
-// Who runs a region. The one with the highest incarnation does.
+// The hosts that run a region. The one with the highest incarnation does.
 class Places {
  public:
   void Add(std::uint32_t region, std::uint64_t incarnation, const std::string& host_id, bool joins) {

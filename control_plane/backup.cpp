@@ -101,7 +101,7 @@ absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store)
   if (!there->empty()) {
     return absl::FailedPreconditionError("backup: the store holds a cluster already; a backup goes into an empty one");
   }
-  // What cannot be read is found before anything is written.
+  // A record that cannot be read is found before anything is written.
   MemoryStore trial;
   if (const auto written = trial.Txn(*puts); !written.ok()) return absl::DataLossError(written.status().message());
   auto records = ReadRecords(trial);

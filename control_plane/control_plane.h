@@ -23,7 +23,7 @@
 
 namespace tessera::control {
 
-// What one of several control planes may do at this moment. Both are asked under the lock, and must not block.
+// The rights that one of several control planes has at this moment. Both are asked under the lock, and must not block.
 struct LeaderRights {
   std::function<bool()> leads = [] { return true; };          // without it nothing is sent to agents any more
   std::function<bool()> renews_leases = [] { return true; };  // without it workers' leases run out
@@ -35,7 +35,7 @@ class ControlPlane {
   struct AgentStream {
     StreamId id = 0;
     v1::Admitted admitted;
-    std::string certificate_serial;  // of the certificate that is to be made; empty: none
+    std::string certificate_serial;  // serial of the certificate that is to be made; empty: none
     std::function<void()> cancel;    // ends the stream's reading
     std::condition_variable wake;
     bool desired = false;
@@ -173,7 +173,7 @@ class ControlPlane {
   std::vector<std::chrono::nanoseconds> failovers_;
   std::map<StreamId, std::shared_ptr<AgentStream>> streams_;
   std::multimap<std::string, Watch*> watches_;
-  // What Trouble and Alive tell, without the lock: one that is never given back is a fault that they are to find.
+  // Trouble and Alive read these without the lock: a lock that is never given back is a fault that they are to find.
   std::atomic<std::int64_t> last_timer_{0};  // Steady, in nanoseconds
   mutable std::mutex trouble_mutex_;
   std::string store_trouble_;

@@ -85,7 +85,7 @@ inline constexpr std::uint32_t kDefaultSnapshotRateHz = 30;
 // More than one: an agent that has just started names its workers as it finds them.
 inline constexpr int kMissedBeforeVanished = 3;
 
-inline constexpr std::size_t kMaxNameBytes = 63;        // of hosts: a DNS label
+inline constexpr std::size_t kMaxNameBytes = 63;        // a host's: a DNS label
 inline constexpr std::size_t kMaxEndReasonBytes = 200;  // why a game refused or kicked a player
 inline constexpr std::size_t kMaxRequestIdBytes = 128;
 inline constexpr std::size_t kMaxAddressBytes = 253;  // a DNS name
@@ -157,7 +157,7 @@ inline constexpr std::chrono::milliseconds kTicketMemory{600'000};
 inline constexpr std::size_t kMaxUsedTickets = 100'000;
 inline constexpr std::size_t kTicketsForgottenAtOnce = 256;  // in one write
 inline constexpr char kKickedReason[] = "kicked by an operator", kBannedReason[] = "banned by an operator";
-inline constexpr std::size_t kMaxBans = 10'000;  // of a cluster, its instances' among them
+inline constexpr std::size_t kMaxBans = 10'000;  // in a cluster, its instances' among them
 // How long a player may take at least from its join to its first connection; a longer grace of the instance holds.
 // Shorter, and who loads a large scene over a slow line is gone before it comes.
 inline constexpr std::chrono::milliseconds kFirstConnectionGrace{60'000};

@@ -42,7 +42,7 @@ std::string CertificateOf(const grpc::AuthContext& context) {
   return values.empty() ? "" : std::string(values.front().data(), values.front().size());
 }
 
-// Of the headers of a call; empty: it has none.
+// The token in the headers of a call; empty: it has none.
 template <class Headers>
 std::string TokenOf(const Headers& headers) {
   const auto header = headers.find(kTokenHeader);
@@ -51,7 +51,7 @@ std::string TokenOf(const Headers& headers) {
   return value.starts_with(kBearer) && value.size() <= kMaxTokenBytes ? value.substr(sizeof kBearer - 1) : "";
 }
 
-// Who shows a token and a certificate at the operators' door. The authority of the certificate has been checked;
+// The caller that shows a token and a certificate at the operators' door. The certificate's authority has been checked;
 // whether it still counts is in the store, and an error if not. A token that proves nothing is none.
 absl::StatusOr<Caller> Recognise(const std::string& token, const std::string& certificate, ControlPlane& plane) {
   Caller caller{.door = Door::kOperators, .role = {}, .token = {}, .instances = {}, .host_id = {}};

@@ -28,7 +28,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> UnjudgedTlsCredentials(
 void ForwardGrpcLog();
 // Message sizes and keepalive, as clients rely on them.
 void SetServerLimits(grpc::ServerBuilder& builder, Door door);
-// Who calls, now: nobody, where what was shown counts no more since the Doorkeeper let the call in.
+// The caller, now: nobody, where its token or certificate counts no more since the Doorkeeper let the call in.
 Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane);
 
 // Binds nothing; makes the socket's folder if it is not there, private, and removes the socket that an earlier process

@@ -104,7 +104,7 @@ class DoorsTest : public ::testing::Test {
     return v1::SessionService::NewStub(channel)->JoinInstance(&context, request, &response);
   }
 
-  // What the control plane answers to an agent's hello; `admitted` is left alone unless it does.
+  // The status with which the control plane answers an agent's hello; `admitted` is left alone unless it admits it.
   static grpc::Status Hello(const std::shared_ptr<grpc::Channel>& channel, const v1::AgentHello& hello,
                             v1::Admitted* admitted) {
     grpc::ClientContext context;
@@ -364,7 +364,7 @@ TEST_F(DoorsTest, AHostsSecretAloneIsNotEnoughNorIsAnothersCertificate) {
 TEST_F(DoorsTest, ACertificateThatTheStoreDoesNotKnowIsWorthNothing) {
   const Host host = JoinHost("alpha");
   trust::Credentials forged = host.credentials;
-  // Of the right authority, for the right host; but it was never given to it.
+  // The certificate is of the right authority, for the right host; but it was never given to it.
   forged.certificate =
       *trust::IssueClient(authority_.signer, *trust::MakeRequest(forged.key), "host-1", MakeSerial(SystemRandomBytes));
   EXPECT_EQ(Hello(Dialled(server_->operators(), forged), HelloOf(host), nullptr).error_code(),
@@ -393,7 +393,7 @@ TEST_F(DoorsTest, StreamsThatSayNothingAreFewAndDoNotKeepOthersOut) {
   const auto stub = v1::AgentLinkService::NewStub(channel);
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::AgentMessage, v1::ControlMessage>>> streams;
-  // Of 100 that say nothing, the most that may wait do, and the others are refused.
+  // 100 say nothing: the most that may wait do, and the others are refused.
   for (int i = 0; i < 100; ++i) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     streams.push_back(stub->Attach(contexts.back().get()));

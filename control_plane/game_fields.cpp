@@ -72,7 +72,7 @@ absl::StatusOr<std::vector<std::uint8_t>> EncodeGameFields(const GameFieldList& 
   }
   auto bytes = game::EncodeFields(kept, game::kMaxMessageBytes);
   if (!bytes.ok()) return absl::InvalidArgumentError(bytes.status().message());
-  // What no game could have made is found here.
+  // Fields that no game could have made are found here.
   if (const auto sound = game::DecodeFields(*bytes, game::kMaxMessageBytes); !sound.ok()) return sound.status();
   return bytes;
 }

@@ -357,7 +357,7 @@ TEST_F(GrpcServerTest, UnknownInstancesAreNotFound) {
 }
 
 TEST_F(GrpcServerTest, AJoinThatGivesUpLeavesNoPlayer) {
-  AddAgent();  // whose workers never start
+  AddAgent();  // its workers never start
   v1::CreateInstanceResponse created;
   ASSERT_TRUE(instances_->CreateInstance(&Context(), CreateRequest(1), &created).ok());
   v1::JoinInstanceRequest join;

@@ -36,7 +36,7 @@ constexpr char kJoinPath[] = "/v1/join", kLeavePath[] = "/v1/leave";
 // a new ticket.
 constexpr int kRequestSeconds = 10;
 constexpr std::chrono::seconds kRequestPatience{kRequestSeconds}, kJoinPatience{60};
-constexpr std::size_t kHeaderBytes = 1024;  // of an answer
+constexpr std::size_t kHeaderBytes = 1024;  // room for an answer's headers
 
 telemetry::LogThrottle& WebLogThrottle() {
   static telemetry::LogThrottle throttle;
@@ -147,7 +147,7 @@ struct HttpsDoor::Impl {
   telemetry::LogThrottle refusals;
   std::atomic<bool> stopping{false};
   std::thread loop;
-  // Of the loop's thread.
+  // Only the loop's thread uses these.
   std::map<lws*, Connection> connections;
   std::map<std::string, std::size_t> by_address;
   std::uint64_t last_number = 0;
@@ -334,7 +334,7 @@ int HttpsDoor::Impl::Write(lws* wsi, Connection& connection) {
   out.resize(LWS_PRE + answer.body.size());
   std::copy(answer.body.begin(), answer.body.end(), out.begin() + LWS_PRE);
   (void)lws_write(wsi, out.data() + LWS_PRE, answer.body.size(), LWS_WRITE_HTTP_FINAL);
-  return -1;  // what the socket did not take yet is sent before it closes
+  return -1;  // bytes that the socket did not take yet are sent before it closes
 }
 
 // --- The loop --------------------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ struct InstancePlan {
   std::string scene_name;
   std::string scene_hash;
   std::string game_name;     // empty: it runs none
-  std::string game_hash;     // of a native one empty: the build that the hosts have
+  std::string game_hash;     // empty for a native one: the build that the hosts have
   bool game_native = false;  // it is a shared library of the hosts', of this name
   Contents contents;
   std::uint32_t tick_rate_hz = 0;

@@ -29,7 +29,7 @@ absl::Status CheckBelongTogether(const Store& store, const CheckpointFiles& file
       " is empty: put the store back, or, for a new cluster, move the checkpoints away"));
 }
 
-// Who listens on this machine alone needs none.
+// A control plane that listens on this machine alone needs none.
 absl::StatusOr<std::optional<Authority>> AuthorityFor(const ReignSettings& settings, Store& store) {
   const bool https = !settings.https.listen.empty() && settings.https.certificate.empty();
   if (settings.doors.operators.empty() && settings.doors.players.empty() && !https) return std::nullopt;

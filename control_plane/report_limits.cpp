@@ -13,7 +13,7 @@
 namespace tessera::control {
 namespace {
 
-// Of texts, and of lists that no constant of the world bounds; the .proto says how many a worker sends.
+// Limits of texts, and of lists that no constant of the world bounds; the .proto says how many a worker sends.
 constexpr std::size_t kMaxTextBytes = 16 * 1024;
 constexpr int kMaxCensuses = 64, kMaxNonfinite = 100, kMaxSpread = 256, kMaxRuns = 10'000, kMaxLines = 32,
               kMaxReportedEvents = 512, kMaxLogLines = 64;

@@ -25,7 +25,7 @@ struct StoreFlags {
 };
 
 void AddStoreOptions(CLI::App& app, StoreFlags& flags);
-// What one option means with another. INVALID_ARGUMENT names the option. `listen`, `players_listen`: the doors;
+// Checks that the options go together. INVALID_ARGUMENT names the option. `listen`, `players_listen`: the doors;
 // `checkpoints`: their folder, empty: none was named.
 absl::Status CheckStoreFlags(StoreFlags& flags, const std::string& listen, const std::string& players_listen,
                              const std::string& checkpoints);

@@ -1,7 +1,7 @@
 // The terms of an instance's world, as its record has them: paused or not, how fast, and which game. Pure: a record in,
 // the next record out.
 //
-// What is wanted is stored first. A difference from what is in force is a planned map that changes nothing but its
+// The wanted terms are stored first. A difference from those in force is a planned map that changes nothing but its
 // terms, and goes the way of all planned maps (change.h). The end of a pause needs no map: see
 // region_worker/core/world_clock.h.
 #pragma once

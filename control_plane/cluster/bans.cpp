@@ -112,7 +112,7 @@ v1::ListBansResponse Bans::List(const std::string& instance_id) const {
   return response;
 }
 
-// What cannot be deleted is of an instance that never comes again, and counts against the most.
+// A ban that cannot be deleted belongs to an instance that never comes again, and counts against the most.
 void Bans::ForgetInstance(const std::string& instance_id) {
   std::vector<StoreOp> ops;
   const auto begin = bans_.lower_bound({instance_id, ""});

@@ -22,7 +22,7 @@ absl::Status NativeGameError(const absl::Status& status) {
   return {status.code(), absl::StrCat("spec.native_game: ", status.message())};
 }
 
-// What each region of a new instance takes of its host. A native game of any build gets the one that the hosts have.
+// The needs that each region of a new instance has. A native game of any build gets the one that the hosts have.
 absl::StatusOr<RegionNeeds> NeedsOfPlan(const ClusterState& state, const InstancePlan& plan) {
   RegionNeeds needs{.threads = plan.region_threads};
   if (!plan.game_native) return needs;

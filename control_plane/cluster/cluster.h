@@ -162,7 +162,7 @@ class Cluster {
   absl::Status GiveSeeds();
   void Adopt(Now now, InstanceEntry& instance);
   absl::StatusOr<v1::Instance> DeleteUnknown(const v1::DeleteInstanceRequest& request);
-  // What comes before it is known what runs.
+  // Work that comes before the cluster knows what runs.
   void TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage& message, Now now);
   void HoldBack(StreamId stream, const v1::AgentMessage& message);
   void StepRecovery(Now now);

@@ -1,4 +1,4 @@
-// What agents say, as Cluster hands it to its parts.
+// Messages of agents, as Cluster hands them to its parts.
 #include <optional>
 #include <utility>
 

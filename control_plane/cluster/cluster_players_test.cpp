@@ -150,7 +150,7 @@ TEST_F(ClusterPlayersTest, ACopiedTicketJoinsNobodyWhateverDied) {
   EXPECT_EQ(Join(other, text).status().code(), absl::StatusCode::kUnauthenticated) << "nor anywhere else";
 }
 
-// Who calls past TakeTicket gets nothing for the text alone.
+// A caller that goes past TakeTicket gets nothing for the text alone.
 TEST_F(ClusterPlayersTest, ATicketThatNobodyCheckedJoinsNobody) {
   v1::JoinInstanceRequest request;
   request.set_instance_id(id_);

@@ -68,7 +68,7 @@ TEST(SessionTest, OnlyTheOwnCredentialLeaves) {
   EXPECT_EQ(harness.cluster().Leave(harness.now, leave).code(), absl::StatusCode::kUnauthenticated);
   leave.set_credential(joined.response.credential());
   for (const std::string& key : {std::string(), std::string("short"), std::string(32, 'x')}) {
-    leave.set_credential_key(key);  // who has seen the credential go by has no more
+    leave.set_credential_key(key);  // those who have seen the credential go by have no more
     EXPECT_EQ(harness.cluster().Leave(harness.now, leave).code(), absl::StatusCode::kUnauthenticated);
   }
   EXPECT_EQ(harness.Get(id).players(), 1u);

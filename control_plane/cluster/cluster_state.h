@@ -86,7 +86,7 @@ struct InstanceEntry {
   records::Instance record;
   Revision revision = kAbsent;
   PartitionMap map;                  // as in the record
-  net::SigningKey key;               // of the record's seed
+  net::SigningKey key;               // made from the record's seed
   std::vector<WorkerEntry> workers;  // as record.placements
 
   // Written by WorkerReports; the newest tick that any worker told since the world last began, also of workers that are

@@ -11,7 +11,7 @@
 
 namespace tessera::control {
 
-// What a region takes of its host.
+// The needs that a region has of its host.
 struct RegionNeeds {
   std::uint32_t threads = 1;
   std::string module = {};  // a native game that the host must have; empty: none

@@ -23,7 +23,7 @@ std::string EventKey(std::uint64_t instance, std::uint64_t number) {
 
 std::uint64_t LifeOf(const records::Instance& record) { return record.restored().last_incarnation(); }
 
-// What was stored already when the world began again with a checkpoint comes once more with the numbers that it had.
+// An event that was stored already when the world began again with a checkpoint comes once more with its old number.
 bool IsRepeated(const records::GameEvents& head, const v1::ReportedGameEvent& event) {
   return event.tick() <= head.restored_tick() && event.number() <= head.restored_taken();
 }
@@ -124,7 +124,7 @@ void GameEvents::NoteRestore(InstanceEntry& instance, Now now) {
   const std::uint64_t tick = instance.record.restored().tick();
   records::GameEvents head = log.head;
   head.set_life(LifeOf(instance.record));
-  // Of a life that reported nothing it is not known which events its checkpoints hold.
+  // Nobody knows which events are in the checkpoints of a life that reported nothing.
   const bool silent = head.taken() == 0 && head.restored_taken() != 0;
   if (silent || tick <= head.restored_tick()) {
     head.set_restored_taken(std::max(head.taken(), head.restored_taken()));
@@ -184,7 +184,7 @@ void GameEvents::Forget(std::uint64_t instance) {
     ops.push_back(DeleteOp(EventKey(instance, kept.event.number()), kept.revision));
   }
   if (found->second.revision != kAbsent) ops.push_back(DeleteOp(EventHeadKey(instance), found->second.revision));
-  // What stays behind is removed when the next control plane starts.
+  // Records that stay behind are removed when the next control plane starts.
   if (!ops.empty()) state_.WriteStored(ops).IgnoreError();
   logs_.erase(found);
 }

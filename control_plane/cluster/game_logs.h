@@ -4,8 +4,8 @@
 //   logs.After(instance, cursor);                     // those that a reader does not have yet
 //
 // They are kept in memory, at most kMaxGameLines an instance: a control plane that starts anew hears the newest again.
-// What an operator has to act on becomes an event of the instance too, which is stored: a callback that is off, and the
-// first error after a silence of kGameErrorSilence. Thread rule: as the cluster.
+// A line for an operator to act on becomes an event of the instance too, which is stored: a callback that is off, and
+// the first error after a silence of kGameErrorSilence. Thread rule: as the cluster.
 #pragma once
 
 #include <cstdint>

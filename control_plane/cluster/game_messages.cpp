@@ -153,7 +153,7 @@ std::optional<absl::Status> GameMessages::Outcome(const std::string& id, std::ui
   return WantsWorkers(instance->record.state()) ? std::nullopt : std::optional<absl::Status>(gone);
 }
 
-// What the message said is not needed any more.
+// The content of an answered message is not needed any more.
 void GameMessages::Answer(InstanceEntry& instance, Box& box, Sent& sent, const std::string& refused) {
   records::GameMessage answered;
   answered.set_number(sent.record.number());
@@ -210,7 +210,7 @@ void GameMessages::Forget(std::uint64_t instance) {
   std::vector<StoreOp> ops;
   for (const auto& [number, sent] : box->second.sent)
     ops.push_back(DeleteOp(MessageKey(instance, number), sent.revision));
-  // What stays behind is removed when the next control plane starts.
+  // Records that stay behind are removed when the next control plane starts.
   if (!ops.empty()) state_.WriteStored(ops).IgnoreError();
   boxes_.erase(box);
 }

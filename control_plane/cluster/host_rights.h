@@ -1,5 +1,5 @@
-// What a host may ask for: what is placed on it, and nothing else. A host's certificate says which host it is; here is
-// what that host has a part in.
+// A host may ask for all that is placed on it, and for nothing else. A host's certificate says which host it is; here
+// is what that host has a part in.
 //
 // Thread rule: as Cluster.
 #pragma once

@@ -19,7 +19,7 @@ namespace tessera::control {
 struct Admission {
   StreamId stream = 0;
   v1::Admitted admitted;  // without certificates, which the caller makes
-  std::string serial;     // of the certificate that is to be made; empty: none was requested
+  std::string serial;     // serial of the certificate that is to be made; empty: none was requested
 };
 
 class Hosts {
@@ -61,7 +61,7 @@ class Hosts {
 // INVALID_ARGUMENT "hello.join_token: has 4096 bytes, at most 256". What it takes does not grow with what is too long.
 absl::Status CheckHello(const v1::AgentHello& hello);
 // Names are unique; an id is taken for one only where no host has it as its name. Null: there is none.
-// Of hosts and tokens: 1 to kMaxNameBytes lower case letters, digits and dashes between them. INVALID_ARGUMENT: "name".
+// A host's or token's name: 1 to kMaxNameBytes lower case letters and digits, dashes between. INVALID_ARGUMENT: "name".
 absl::Status CheckName(const std::string& name);
 const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id);
 absl::Status NoHost(const std::string& name);

@@ -3,8 +3,8 @@
 // A join first waits (`BeginWait`), which is what starts a lazy instance, until `CanJoin`; then `Join` and `EndWait`,
 // in one go. A player who has left is in the orders until all workers know, and a while longer.
 //
-// Who joins is a guest, where the instance takes them, or shows a ticket, which the caller has checked (tickets.h), or
-// comes back by a credential. Players with tickets are known by their ids: one who is there comes back as the same.
+// A joining player is a guest, where instances take them, or shows a ticket, which the caller has checked (tickets.h),
+// or comes back by a credential. Players with tickets are known by id: one who is there comes back as the same.
 //
 // Thread rule: as Cluster.
 #pragma once
@@ -53,7 +53,7 @@ class InstancePlayers {
   void TakeEnded(InstanceEntry& instance, const v1::WorkerReport& report, Now now);
 
   // The next record of a RUNNING instance whose players vanished or came back, by its policy; nothing if nobody did.
-  // Who has never been connected has left after the grace whatever the policy. A grace counts from when the last
+  // A player who never was connected has left after the grace whatever the policy. A grace counts from when the last
   // connection was seen; in a new life of the control plane, from its beginning.
   std::optional<records::Instance> NextVanished(const InstanceEntry& instance, Now now);
   // Time passes: forgets players who left, so that a world with much coming and going stays small.

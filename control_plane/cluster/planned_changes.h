@@ -33,7 +33,7 @@ class PlannedChanges {
   absl::StatusOr<std::optional<records::Instance>> Scale(const InstanceEntry& instance, std::uint32_t regions,
                                                          Now now) const;
   absl::StatusOr<std::optional<records::Instance>> Restart(const InstanceEntry& instance, Now now) const;
-  // What is wanted of the world's time: nothing if it is so already.
+  // The wish for the world's time: nothing if it is so already.
   static std::optional<records::Instance> Pause(const InstanceEntry& instance, bool paused, Now now);
   // INVALID_ARGUMENT: not 1 to the scene's tick rate.
   static absl::StatusOr<std::optional<records::Instance>> SetPace(const InstanceEntry& instance,

@@ -84,7 +84,7 @@ bool Recovery::Step(Now now) {
     status = found == orders.end() ? EndUnlessItRuns(instance, now) : TakeUp(instance, found->second, now);
   }
   if (status.ok()) status = state_.EndRecovery();
-  if (!status.ok()) {  // what was stored stays, and is found again as it is
+  if (!status.ok()) {  // records that were stored stay, and are found again as they are
     const std::string why(status.message());
     if (std::exchange(trouble_, why) != why) state_.Log("what runs cannot be taken up: " + why, Severity::kError);
     return false;

@@ -129,7 +129,7 @@ void Tickets::Prune(Now now) {
   std::vector<StoreOp> ops;
   ops.reserve(old.size());
   for (const auto& [key, revision] : old) ops.push_back(DeleteOp(key, revision));
-  // What cannot be deleted now is tried again with the next call.
+  // Tickets that cannot be deleted now are tried again with the next call.
   if (!ops.empty() && !state_.WriteStored(ops).ok()) return;
   for (const StoreOp& op : ops) used_.erase(op.key);
   in_order_.erase(in_order_.begin(), in_order_.begin() + static_cast<std::ptrdiff_t>(seen));

@@ -26,7 +26,7 @@ class Tickets {
 
   // DATA_LOSS names the key that cannot be read.
   absl::Status Load(Now now);
-  // Of a ticket that counts for the instance, all but that it can be stored as used. Errors begin with "ticket: ":
+  // Whether a ticket counts for the instance, but for storing it as used. Errors begin with "ticket: ":
   // INVALID_ARGUMENT, it is none; UNAUTHENTICATED, it does not count here or now.
   absl::StatusOr<trust::Ticket> Check(const std::string& text, const records::Instance& record, Now now) const;
   // Uses up a ticket that Check has returned. UNAUTHENTICATED: it was, or a newer one; RESOURCE_EXHAUSTED: too many are
@@ -40,7 +40,7 @@ class Tickets {
  private:
   struct Used {
     std::uint64_t number = 0;
-    Steady since{0};  // of the newest; in a new life of the control plane, its beginning
+    Steady since{0};  // time of the newest; in a new life of the control plane, its beginning
     Revision revision = kAbsent;
   };
 

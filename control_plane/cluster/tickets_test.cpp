@@ -1,4 +1,4 @@
-// What each kind of attacker has in hand, shown as a ticket.
+// Each kind of attacker shows all that it has in hand as a ticket.
 #include "control_plane/cluster/tickets.h"
 
 #include <gmock/gmock.h>

@@ -13,7 +13,7 @@ namespace tessera::control {
 
 struct EtcdAddress {
   std::vector<std::string> endpoints;  // HOST:PORT, at least one
-  std::string prefix;                  // of all keys; letters, digits, '-', '_' and '.', parted by single '/'
+  std::string prefix;                  // begins all keys; letters, digits, '-', '_' and '.', parted by single '/'
   // Whether all endpoints are on this machine, so that nothing crosses a network.
   bool is_local = false;
 };

@@ -188,7 +188,7 @@ absl::StatusOr<std::chrono::seconds> EtcdClient::KeepAlive(std::int64_t lease, S
 }
 
 bool EtcdClient::IsAmbiguous(const absl::Status& status) {
-  // What etcd refuses by these has not been proposed to the other members.
+  // A request that etcd refuses by these has not been proposed to the other members.
   return !absl::IsInvalidArgument(status) && !absl::IsResourceExhausted(status) && !absl::IsOutOfRange(status) &&
          !absl::IsFailedPrecondition(status) && !absl::IsNotFound(status) && !absl::IsUnauthenticated(status) &&
          !absl::IsPermissionDenied(status) && !absl::IsUnimplemented(status);

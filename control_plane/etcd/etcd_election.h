@@ -35,7 +35,7 @@ struct LeaderAddress {
 };
 
 struct ElectionTimes {
-  // What is asked for. Shorter, and an election among etcd's members, 1 to 2 s, costs ours its leader; longer, and so
+  // The requested time. Shorter, and an election among etcd's members, 1 to 2 s, costs ours its leader; longer, and so
   // long nobody leads after a leader's death.
   std::chrono::seconds ttl{4};
   // How often a follower looks whether anybody leads.

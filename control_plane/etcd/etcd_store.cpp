@@ -236,7 +236,7 @@ absl::Status EtcdStore::CheckExpected(std::span<const StoreOp> ops) const {
   return absl::OkStatus();
 }
 
-// What every transaction compares and writes; where it fails the first two answers are the fence's key and the head.
+// Every transaction compares and writes these; where it fails the first two answers are the fence's key and the head.
 void EtcdStore::AddGuards(pb::TxnRequest& request, const std::string& mark) const {
   const std::string head = HeadKey(prefix_);
   fence_.AddTo(request);
@@ -339,7 +339,7 @@ absl::Status EtcdStore::Lose(absl::Status why) {
   return lost_;
 }
 
-// What others watch in the same etcd stays readable for as long as so many transactions take.
+// A revision that others watch in the same etcd stays readable for as long as so many transactions take.
 void EtcdStore::CompactNowAndThen() {
   if (++since_compaction_ < kEtcdCompactEvery) return;
   since_compaction_ = 0;

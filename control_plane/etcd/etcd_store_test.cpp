@@ -1,4 +1,4 @@
-// What EtcdStore does beside the suite that every Store passes (store_test.cpp): deposed leaders, answers that are
+// Behaviour of EtcdStore beside the suite that every Store passes (store_test.cpp): deposed leaders, answers that are
 // lost, an etcd that is full, chunks.
 #include "control_plane/etcd/etcd_store.h"
 

@@ -46,7 +46,7 @@ class EtcdValues {
   absl::Status Collect();
 
  private:
-  std::string Folder(std::string_view key) const;  // of all versions of its chunks
+  std::string Folder(std::string_view key) const;  // holds all versions of its chunks
   absl::StatusOr<std::string> PutChunks(const StoreOp& op);
   absl::Status PutChunk(const std::string& key, std::string_view bytes) const;
   absl::Status RemoveOrphans(const std::string& key, const std::set<std::string>& versions);
