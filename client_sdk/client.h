@@ -129,7 +129,7 @@ struct ClientEvent {
   std::string property{};                 // its name
   std::optional<MeetingPoint> contact{};  // nothing for a pair that met before this client came
   bool since_before =
-      false;  // of a pair that begins: it touched or overlapped already when the region was connected to
+      false;  // for a pair that begins: it touched or overlapped already when the region was connected to
 };
 
 // How the world's time goes. A tick is as long in the world's own time at each pace, so fewer of them are slow motion.
@@ -156,7 +156,7 @@ struct SeenBody {
   // PropertySet::Encode of the properties that differ from the scene's; null where none does.
   std::shared_ptr<const std::vector<std::uint8_t>> properties = nullptr;
   std::uint8_t jumps = 0;  // how often a game put it elsewhere; after 255 comes 0
-  BodyTuning tuning = {};  // what a game changed of its definition
+  BodyTuning tuning = {};  // changes that a game made to its definition
 };
 
 // A body as it is to be drawn.
@@ -197,13 +197,13 @@ class Client {
   // (not a recording), DATA_LOSS (damaged); each begins with the file's name.
   static absl::StatusOr<std::unique_ptr<Client>> Play(const std::string& file);
 
-  // Of a recording: the next Poll is at this time of it, as if its client had only just come to know what stood then.
+  // For a recording: the next Poll is at this time in it, as if its client had only just come to know that world.
   // That Poll tells first that all bodies known so far vanish. It plays on from a key at most some seconds before, so
   // it takes a moment in a large world. Later than its end: its end. FAILED_PRECONDITION for a client of a world.
   absl::Status Seek(std::chrono::microseconds at);
-  // Of a recording: how long it is.
+  // For a recording: how long it is.
   std::optional<std::chrono::microseconds> length() const;
-  // What was noted beside the world (Note), since the last call; of those that nobody takes the newest 256.
+  // Notes that stand beside the world (Note), since the last call; the newest 256 of those that nobody takes.
   std::vector<std::string> TakeNotes();
 
   // Takes in what has come, sends what is due. Call at least 30 times a second.
@@ -243,10 +243,10 @@ class Client {
   std::vector<ShownBody> Interpolated(TimePoint now);
   static constexpr std::chrono::milliseconds kMaxExtrapolation{250};
 
-  // What inputs ask for from now on, until the next call of this or Move: each tick's worth is sent with the Polls that
-  // follow. The scene decides what moves the body: a force, or, in a scene of characters, move vector, look and
-  // buttons. What is not finite counts as 0, a longer move vector as one of length 1. Returns the number that the next
-  // input will have.
+  // Inputs ask for this from now on, until the next call of this or Move: each tick's worth is sent with the Polls that
+  // follow. The scene decides how it moves the body: by a force, or, in a scene of characters, by move vector, look and
+  // buttons. Values that are not finite count as 0, a longer move vector as one of length 1. Returns the number that
+  // the next input will have.
   std::uint32_t Steer(const Steering& steering);
   // Force and torque on the own body, world frame, N and N m, from now until the next Move: each tick's worth is sent
   // with the Polls that follow. The scene limits it. Returns the number that the next input will have.

@@ -52,7 +52,7 @@ TEST_F(ClientFollowTest, AnotherRegionTakesTheGoneOnesPlaceUnseen) {
   EXPECT_EQ(client->Stats().regions.size(), 2u);
 }
 
-// Who hears late hears all at once: the map by which another has the last region's place, and that this one ends.
+// A client that hears late hears all at once: the map by which another has the last region's place, and that this ends.
 TEST_F(ClientFollowTest, TheEndOfTheLastRegionItKnewIsNotTheEndOfTheWorld) {
   Make(1);
   Join();

@@ -28,7 +28,7 @@
 
 namespace tessera::client {
 
-// What a client goes by, however it joined.
+// The settings that a client goes by, however it joined.
 struct Client::Settings {
   std::string instance_id{};
   std::chrono::milliseconds deadline{10'000};
@@ -145,15 +145,15 @@ struct Client::Impl {
   std::vector<ClientEvent> events;  // the result of the Poll under way
 
   WorldView world;
-  std::set<RegionId> lost_regions;  // of which the caller knows, until they are back
+  std::set<RegionId> lost_regions;  // regions that the caller knows to be lost, until they are back
   PairBook pairs;
   PlayoutClock playout;
   WorldClock clock;
-  std::uint64_t clock_tick = 0;  // of the message that it is from
+  std::uint64_t clock_tick = 0;  // tick of the message that set it
   Tick newest_tick;
   std::uint32_t last_applied_input = 0;
 
-  PlayerInput steering;                   // what the next inputs ask for
+  PlayerInput steering;                   // steering of the next inputs
   bool look_changed = false;              // since the last input
   std::uint32_t last_steering_input = 0;  // the last that asked for anything
   std::uint32_t next_input = 1;
@@ -176,7 +176,7 @@ struct Client::Impl {
   std::optional<Recorder> recorder;
   std::optional<Replay> replay;    // instead of regions
   bool catching_up = false;        // with what stood where it was sought: nobody saw the frames since then
-  std::vector<std::string> notes;  // of the replay
+  std::vector<std::string> notes;  // notes of the replay
 
   std::optional<TimePoint> joined_by, last_poll, silent_since;
   std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;

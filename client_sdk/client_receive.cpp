@@ -63,7 +63,7 @@ void Client::Impl::OnEvent(TimePoint now, RegionConnection& connection, const ne
     case net::Event::Kind::kDisconnected:
       return event.refusal ? OnDialRefused(now, connection, *event.refusal) : OnDisconnected(now, connection);
     case net::Event::Kind::kFloods:
-      return;  // of accepted peers alone
+      return;  // comes from accepted peers alone
     case net::Event::Kind::kMessage:
       bytes_in += event.bytes.size();
       return event.delivery == net::Delivery::kReliable ? OnControl(now, connection, event.bytes)

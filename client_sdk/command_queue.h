@@ -55,7 +55,7 @@ class CommandQueue {
     std::uint64_t shown_at = 0;
   };
   std::deque<Pending> pending_;
-  std::size_t sent_ = 0;  // of those, how many went out at least once
+  std::size_t sent_ = 0;  // how many of those went out at least once
   std::optional<TimePoint> sent_at_;
   int acknowledgements_due_ = 0;
 };

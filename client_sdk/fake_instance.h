@@ -378,7 +378,7 @@ class FakeInstance : public v1::SessionService::Service {
     return *regions.back();
   }
   std::string packed_scene() const { return std::string(AsText(PackScene(*scene))); }
-  // What the control plane would give a new player, or a viewer.
+  // The grant that the control plane would give a new player, or a viewer.
   std::vector<std::uint8_t> Grant(bool viewer = false) {
     const PlayerNumber player = viewer ? PlayerNumber(kFirstViewer + 5) : PlayerNumber(++players_);
     net::JoinGrant grant{.player = player,
@@ -473,7 +473,7 @@ class FakeInstance : public v1::SessionService::Service {
   const net::SigningKey key_ = net::SigningKey::Make();
   std::string scene_bytes_, scene_hash_;
   std::uint32_t players_ = 0, returned_ = 0;
-  host::TemporaryFolder folder_;  // of the socket
+  host::TemporaryFolder folder_;  // holds the socket
   std::unique_ptr<grpc::Server> server_;
 };
 

@@ -9,7 +9,7 @@
 namespace tessera::client {
 namespace {
 
-// What a shown text may have: ids and names of scenes and games are shorter.
+// The longest text that is shown: ids and names of scenes and games are shorter.
 constexpr std::size_t kMostTextBytes = 63;
 constexpr std::size_t kMostAsked = 16;  // worlds whose players are asked for, one call each
 

@@ -16,8 +16,8 @@ struct ListedInstance {
   std::string id, scene, game;
   std::uint8_t state = 0;  // tessera.v1.InstanceState
   std::uint32_t regions = 0, players = 0, expected_players = 0;
-  // Who is in, at most kMostListedNames, and of the first 16 worlds that wait for players; those without a name as
-  // "player 3".
+  // Names of those who are in, at most kMaxListedNames, and of the first 16 worlds that wait for players; one without a
+  // name is "player 3".
   std::vector<std::string> names{};
 };
 inline constexpr std::size_t kMostListed = 256, kMostListedNames = 16;

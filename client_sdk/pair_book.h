@@ -65,7 +65,7 @@ class PairBook {
     bool reported = false;  // to the game
     Tick tick;              // time of the known state
     RegionId from;
-    std::optional<MeetingPoint> contact;  // of the last begin
+    std::optional<MeetingPoint> contact;  // from the last begin
     bool since_before = false;            // the last begin was before there was a connection to hear of it
     std::set<Update> waiting;
     TimePoint idle_since{};  // since when nothing waits and nothing is reported

@@ -175,7 +175,7 @@ struct Loop {
   BodyId hidden;  // the client does not get this one
   Vec3f force;
   PlayerInput steering;               // beside `force`
-  std::function<void()> before_step;  // of the region
+  std::function<void()> before_step;  // called before the region's step
   bool rounds = false;                // states as the wire has them
 };
 

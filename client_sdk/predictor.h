@@ -87,8 +87,8 @@ class Predictor {
   }
 
   region::Catalog catalog_;
-  BodyDef player_def_;  // of the player's own body
-  BodyDef own_def_;     // of the body that the inputs move
+  BodyDef player_def_;  // defines the player's own body
+  BodyDef own_def_;     // defines the body that the inputs move
   PlayerLimits limits_;
   double tick_s_;
   std::unique_ptr<physics::World> world_;
@@ -96,7 +96,7 @@ class Predictor {
   double own_radius_m_ = 0;
   std::map<BodyId, Body> bodies_;         // in the world, but for static ones; ascending
   std::map<BodyId, Body> on_paths_;       // static ones with paths; without offsets
-  std::map<BodyId, std::uint8_t> jumps_;  // of bodies_, as the server counted them last
+  std::map<BodyId, std::uint8_t> jumps_;  // jumps of bodies_, as the server counted them last
   std::vector<const BodyDef*> paths_;
   std::deque<PlayerInput> inputs_;  // not applied at the base
   std::size_t simulated_ = 0;       // so many of them have been simulated

@@ -85,7 +85,7 @@ struct KeyFrameEntry {
   FrameEntry frame;
 };
 
-// What a program wrote beside the world: Client::Note.
+// A text that a program wrote beside the world: Client::Note.
 struct NoteEntry {
   std::string text;
 };
@@ -130,12 +130,12 @@ class RecordingWriter {
   std::uint32_t entries_ = 0;
 };
 
-// What a list of recordings says.
+// The entry of a recording in a list.
 struct RecordingSummary {
   std::string instance_id;
   std::optional<std::chrono::microseconds> length{};  // nothing: it is not ended, or its end is damaged
 };
-// Of a file's first and last entry alone, so that the rest may be as large and as damaged as it likes. Errors: those of
+// Reads a file's first and last entry alone, so that the rest may be as large and as damaged as it likes. Errors: as of
 // RecordingReader::Open.
 absl::StatusOr<RecordingSummary> SummaryOf(const std::string& file);
 

@@ -129,7 +129,7 @@ class RecordingTest : public ClientFixture {
     return std::make_shared<const replication::Bytes>(replication::Bytes{value, 1, 2});
   }
 
-  // What a client knows of all bodies, in a line each.
+  // Describes all bodies that a client knows, in a line each.
   static std::string Known(const Client& of) {
     std::ostringstream out;
     for (const auto& [id, body] : of.World()) {

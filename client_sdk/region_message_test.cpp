@@ -1,4 +1,4 @@
-// What a client reads without protobuf is what protobuf wrote. Here, because core/replication does not link protobuf.
+// A client reads without protobuf as protobuf wrote it. Here, because core/replication does not link protobuf.
 #include "core/replication/region_message.h"
 
 #include <google/protobuf/stubs/logging.h>

@@ -61,7 +61,7 @@ absl::Status SceneFetch::Take(const replication::SceneChunk& chunk) {
   if (chunk.total_bytes != total_ || chunk.sha256 != sha256_) {
     return absl::InternalError("the regions send different scenes");
   }
-  // What is there already, or would leave a gap, is nothing new.
+  // A chunk that is there already, or would leave a gap, is nothing new.
   if (chunk.offset > bytes_.size() || chunk.offset + chunk.bytes.size() <= bytes_.size()) return absl::OkStatus();
   const auto fresh = chunk.bytes.subspan(static_cast<std::size_t>(bytes_.size() - chunk.offset));
   bytes_.insert(bytes_.end(), fresh.begin(), fresh.end());

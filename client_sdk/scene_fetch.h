@@ -40,10 +40,10 @@ class SceneFetch {
   bool complete() const { return total_ > 0 && bytes_.size() == total_; }
   // INTERNAL: it is a part of another scene than those before it.
   absl::Status Take(const replication::SceneChunk& chunk);
-  // Of a complete one: checks it, reads it and keeps it. INTERNAL: the regions sent something else than they said.
+  // Checks the scene, reads and keeps it. Requires complete(). INTERNAL: the regions sent another one than they said.
   absl::StatusOr<std::shared_ptr<const Scene>> Finish() const;
 
-  // Who sends it, and since when nothing has come from there.
+  // The region that sends it, and since when nothing has come from there.
   std::optional<RegionId> source{};
   TimePoint heard_at{};
 

@@ -119,7 +119,7 @@ TEST_F(WorldViewTest, AHandoverNeitherVanishesNorAppears) {
   Body(kWest, 10, 1, StateAt(1));
   Departs(kWest, 12, 1, kEast);
   EXPECT_NE(Ball(), nullptr);
-  EXPECT_EQ(Ball()->region, kEast);  // whom inputs must go to from now on
+  EXPECT_EQ(Ball()->region, kEast);  // inputs must go there from now on
   Body(kEast, 12, 2, StateAt(2));
   view.Expire(kNow + std::chrono::hours(1), events);
   EXPECT_NE(Ball(), nullptr);

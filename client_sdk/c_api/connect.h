@@ -1,5 +1,5 @@
-// What the functions of <tessera/connect.h> share. They are a library of their own, so they see the client library by
-// its C interface alone. Not for others.
+// Types and functions that the functions of <tessera/connect.h> share. They are a library of their own, so they see the
+// client library by its C interface alone. Not for others.
 //
 // Thread rule: that of tessera.h.
 #pragma once

@@ -20,7 +20,7 @@ struct tessera_client {
   std::string detail, property;  // those of the event that was given out last
   std::deque<tessera::client::GameEvent> game_events{};
   tessera::client::GameEvent game_event{};  // the one that was given out last
-  std::shared_ptr<void> user{};             // of tessera_grant_options
+  std::shared_ptr<void> user{};             // from tessera_grant_options
 };
 
 namespace tessera::c_api {

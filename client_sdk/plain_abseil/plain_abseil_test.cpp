@@ -1,4 +1,4 @@
-// What stands in for Abseil gives what Abseil gives, as far as the client library's sources can tell. This test is
+// The stand-in for Abseil gives the same as Abseil, as far as the client library's sources can tell. This test is
 // compiled with that folder before the system's headers.
 #include <gtest/gtest.h>
 

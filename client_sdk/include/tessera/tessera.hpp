@@ -37,7 +37,7 @@ struct Error {
   static Error Of(tessera_code code) { return code == TESSERA_OK ? Error{} : Error{code, tessera_last_error()}; }
 };
 
-// Of Client::Join.
+// Options for Client::Join.
 struct Options {
   std::string control_address{};  // as in tessera_join_options; empty: this user's `tessera up`
   std::string instance_id{};
@@ -50,7 +50,7 @@ struct Options {
   std::vector<std::uint8_t> returning{};
 };
 
-// Of Client::JoinByGrant.
+// Options for Client::JoinByGrant.
 struct GrantOptions {
   std::chrono::milliseconds deadline{10'000};
   std::string bind_address{};     // IPv4, of the local socket; empty: any
@@ -106,7 +106,7 @@ class SceneShape {
     tessera_get_shape(handle_, &info);
     return info;
   }
-  // Of a compound; of others there are none.
+  // The parts of a compound; no other shape has any.
   std::vector<ShapeChild> Children() const;
   const tessera_shape* get() const { return handle_; }
 
@@ -199,7 +199,7 @@ class Client {
   }
   // Asks something of the game: exactly once, in order; at most TESSERA_MAX_COMMAND bytes.
   Error Send(std::string_view bytes) { return Error::Of(tessera_send(get(), bytes.data(), bytes.size())); }
-  // What the game sent this player since the last call, each once and in order.
+  // Events that the game sent this player since the last call, each once and in order.
   //   for (const GameEvent& event : client.TakeGameEvents()) {
   //     if (event.name == "score") Draw(std::get<std::int64_t>(event.values.at("points")));
   //   }
