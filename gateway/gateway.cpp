@@ -149,7 +149,7 @@ void Gateway::Join(ViewerId id, Viewer& viewer, const std::string& name) {
     metrics_.refused_full.Increment();
     return viewer.session.Report(PlayersFull(), true);
   }
-  // Who has shown a right plays by it; others by the gateway's.
+  // A viewer that has shown a right plays by it; others by the gateway's.
   trust::Credentials credentials = options_.control.credentials;
   if (!viewer.token.empty()) credentials.bearer_token = viewer.token;
   const client::JoinOptions options{.control_address = options_.control.address,

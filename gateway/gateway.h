@@ -31,8 +31,8 @@ namespace tessera::gateway {
 
 struct GatewayOptions {
   trust::ControlPoint control;
-  // Who shows it gives orders by the rights of the socket `control`; empty: nobody does. At another control plane
-  // viewers show access tokens instead.
+  // A viewer that shows it gives orders by the rights of the socket `control`; empty: nobody does. At another control
+  // plane viewers show access tokens instead.
   std::string key;
   bool workers_are_here = false;  // orders may end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;

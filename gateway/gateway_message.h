@@ -52,17 +52,17 @@ std::string MetMessage(const client::ClientEvent& event);
 std::string DetailMessage(const client::Client& client, BodyId body);
 // Values of one property, as JSON, by body.
 using PropertyValues = std::map<BodyId, std::string>;
-// Of all bodies that the client sees and that have the property; empty where the scene declares none of that name.
+// Values of all bodies that the client sees and that have the property; empty where the scene declares none so named.
 PropertyValues ValuesOf(const client::Client& client, const std::string& property);
 std::string ValuesMessage(const std::string& property, const PropertyValues& values);
 // `needs`: the right that the order lacks, "token" or "key"; empty: none.
 std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text,
                           const std::string& needs = "");
 
-// What becomes of a recording of the world.
+// The state of a recording of the world.
 struct RecordingState {
   bool on = false;
-  std::string file;  // of the newest
+  std::string file;  // the newest one's
   std::uint64_t bytes = 0;
   std::string problem;  // why it ended unasked, or could not begin
 };

@@ -134,7 +134,7 @@ void Gateway::GiveOrder(ViewerId id, Viewer& viewer, const Order& order) {
 
 void Gateway::OrderDone(ViewerId id, const Order& order, const absl::StatusOr<std::string>& carried_out) {
   const auto found = viewers_.find(id);
-  // Who has gone takes an order along that only the gateway could carry out.
+  // A viewer that has gone takes an order along that only the gateway could carry out.
   if (found == viewers_.end() && order.kind == OrderKind::kRecord) return;
   absl::StatusOr<std::string> done = carried_out;
   const std::string instance = found == viewers_.end() ? "" : found->second.instance;

@@ -33,10 +33,10 @@ class InstanceFeed {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
   struct State {
-    std::uint64_t number = 0;  // of the state, from 1; 0: none has come
+    std::uint64_t number = 0;  // counts the states, from 1; 0: none has come
     v1::Instance instance;
     TimePoint since{};       // when it came
-    absl::Status problem{};  // of the last call; OK while it goes on
+    absl::Status problem{};  // from the last call; OK while it goes on
   };
 
   InstanceFeed(std::shared_ptr<grpc::Channel> channel, std::string id, std::function<void()> wake);

@@ -18,12 +18,12 @@ class Channel;
 
 namespace tessera::gateway {
 
-// What an order needs to know beside its own fields.
+// Facts that an order needs to know beside its own fields.
 struct OrderContext {
   std::string instance;
-  // Of the property to set, as the scene declares it; nothing: it does not.
+  // The property to set, as the scene declares it; nothing: it does not.
   std::optional<PropertyValue> declared{};
-  std::int64_t worker_pid = 0;    // of the region whose worker is to end; 0: not known
+  std::int64_t worker_pid = 0;    // for the region whose worker is to end; 0: not known
   bool workers_are_here = false;  // all hosts of the cluster are this machine
 };
 

@@ -22,7 +22,7 @@
 namespace tessera::gateway {
 
 struct Identity {
-  std::uint32_t number = 0;  // of this identity, among all of a maker
+  std::uint32_t number = 0;  // number of this identity, among all of a maker
   std::uint32_t shape = 0;
   std::uint8_t flags = 0;
   PlayerNumber player{};
@@ -33,7 +33,7 @@ struct Identity {
 struct PictureBody {
   BodyId id;
   const Identity* identity = nullptr;
-  std::array<std::int64_t, 3> position{};  // of the shape's origin, in steps
+  std::array<std::int64_t, 3> position{};  // place of the shape's origin, in steps
   std::uint32_t orientation = 0;
   std::uint32_t owner = 0, speed = 0;
   std::uint8_t state = 0;
@@ -54,7 +54,7 @@ std::uint32_t PackSpeed(const Vec3f& velocity);
 class PictureMaker {
  public:
   explicit PictureMaker(std::shared_ptr<const SceneBook> book) : book_(std::move(book)) {}
-  // Of the moment `now` of the client's, which stands if `paused`; `taken_at`: on the clock of those who are shown it.
+  // Shows the client's moment `now`, which stands if `paused`; `taken_at`: on the clock of those who are shown it.
   const Picture& Make(client::Client& client, client::TimePoint now, client::TimePoint taken_at, bool paused);
 
  private:

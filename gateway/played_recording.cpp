@@ -187,7 +187,7 @@ void PlayedRecording::AddEvents(const nlohmann::json& message) {
         !google::protobuf::util::TimeUtil::FromString(time.get<std::string>(), added.mutable_time())) {
       continue;
     }
-    // Who goes back comes by it again.
+    // A viewer that goes back comes by it again.
     const auto& kept = news_.events.kept;
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const v1::InstanceEvent& one) {
       return one.text() == added.text() && one.time().seconds() == added.time().seconds();

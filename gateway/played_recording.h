@@ -44,7 +44,7 @@ class PlayedRecording {
   const std::optional<Problem>& problem() const { return problem_; }
 
  private:
-  // What a job brings: a client at a place in the recording.
+  // The result of a job: a client at a place in the recording.
   struct Arrived {
     std::unique_ptr<client::Client> client;
     std::shared_ptr<const SceneBook> book;

@@ -188,7 +188,7 @@ TEST_F(PlayedRecordingTest, GoesAnywhereAndBackFromItsEnd) {
   played.Take({.paused = false});
   ASSERT_NO_FATAL_FAILURE(Arrive(played));
   EXPECT_LT(Place(played), 1) << "from its end it begins again";
-  // Who drags a slider asks faster than it can go: the last place counts.
+  // A person who drags a slider asks faster than it can go: the last place counts.
   for (int i = 0; i <= 100; ++i) played.Take({.paused = true, .at_s = 0.1 * i});
   ASSERT_NO_FATAL_FAILURE(Arrive(played));
   while (Place(played) != 10) ASSERT_NO_FATAL_FAILURE(Arrive(played));

@@ -19,8 +19,8 @@
 namespace tessera::gateway {
 
 struct RecordingLimits {
-  std::uint64_t file_bytes = 1'000'000'000;     // of one
-  std::uint64_t folder_bytes = 10'000'000'000;  // of all in the folder
+  std::uint64_t file_bytes = 1'000'000'000;     // one file
+  std::uint64_t folder_bytes = 10'000'000'000;  // all in the folder
 };
 
 struct ListedRecording {

@@ -26,7 +26,7 @@ void PutSurface(std::span<const Vec3f> vertices, std::span<const std::array<std:
   }
 }
 
-// What follows the number and the kind of a shape, which is its place among the scene's forms. One overload a form.
+// The part behind the number and the kind of a shape, which is its place among the scene's forms. One overload a form.
 struct PutForm {
   const std::unordered_map<const Shape*, std::uint32_t>& numbers;
   ByteWriter& out;

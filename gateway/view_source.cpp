@@ -32,7 +32,7 @@ const PropertyValues& ViewSource::Values(const std::string& property, client::Ti
   if (known != values_.end() && now - known->second.at < kKeepValues) return known->second.values;
   if (client_ == nullptr) return known == values_.end() ? kNone : known->second.values;
   PropertyValues values = ValuesOf(*client_, property);
-  // What viewers ask for and the scene does not declare is not kept.
+  // A property that viewers ask for and the scene does not declare is not kept.
   if (values.empty() && known == values_.end()) return kNone;
   Taken& taken = values_[property];
   taken = {.at = now, .values = std::move(values)};

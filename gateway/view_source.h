@@ -31,7 +31,7 @@ class ViewSource {
   void Poll(client::TimePoint now);
   // Makes the picture as of now.
   void Show(client::TimePoint now);
-  // Of a recording, whose time is not that of its viewers: as of `now` in it, for viewers at `taken_at`.
+  // Shows a recording, whose time is not that of its viewers: as of `now` in it, for viewers at `taken_at`.
   void ShowRecorded(client::TimePoint now, client::TimePoint taken_at, bool paused);
   // Names of the hosts, for the map.
   void SetHosts(const std::map<RegionId, std::string>& hosts);

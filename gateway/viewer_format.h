@@ -22,7 +22,7 @@ inline constexpr std::uint8_t kAllBits = 31;
 inline constexpr std::uint8_t kAsleepState = 1, kExtrapolatedState = 2, kPredictedState = 4;
 inline constexpr double kPositionSteps_per_m = 1024, kSpeedSteps_per_m_s = 64;
 
-// What a viewer may send. A page that steers sends 60 messages a second; twice that leaves room for its other messages.
+// Limits for what a viewer sends. A page that steers sends 60 messages a second; twice that leaves room for others.
 inline constexpr std::size_t kMaxViewerMessage_bytes = 4096;
 inline constexpr double kViewerMessages_per_s = 120;
 inline constexpr int kMaxBadMessages = 10;  // within a minute; then the viewer is closed
@@ -30,7 +30,7 @@ inline constexpr std::uint32_t kMaxFrameRate_hz = 60, kFirstFrameRate_hz = 30;
 // Contacts sent to a viewer in a second, and those that wait for one that reads slowly.
 inline constexpr std::size_t kMaxMet_per_s = 100, kMaxMetKept = 100;
 inline constexpr std::size_t kMaxEventsKept = 64;
-// Of a recording that is played.
+// Limits for a recording that is played.
 inline constexpr double kMinPlaySpeed = 0.1, kMaxPlaySpeed = 16, kMaxPlayTime_s = 1e9, kMaxPlaySteps = 1000;
 inline constexpr std::uint16_t kCloseStatus = 4000;
 

@@ -15,9 +15,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMaxNameBytes = 64;  // of hosts and properties
+constexpr std::size_t kMaxNameBytes = 64;  // for hosts and properties
 constexpr std::size_t kMaxTokenBytes = 256, kMaxKeyBytes = 64;
-constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 53;  // of an order, and of a tick: where JavaScript's end
+constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 53;  // for an order, and for a tick: where JavaScript's end
 
 // Reads fields of one object; after the first that is wrong all others are passed over.
 class Fields {

@@ -63,11 +63,11 @@ struct Order {
   double ticks_per_second = 0;
   std::string host{}, property{};
   BodyId body{};
-  nlohmann::json value{};  // of the property
+  nlohmann::json value{};  // for the property
   bool on = false;
 };
 
-// Of a viewer that plays a recording; what is not said stays.
+// Orders of a viewer that plays a recording; a field that is left out stays.
 struct PlayControl {
   std::optional<bool> paused{};
   std::optional<double> speed{}, at_s{};

@@ -1,4 +1,4 @@
-// What viewers send: every field is checked, and there is a limit to it all.
+// Every field of a viewer's message is checked, and there is a limit to all that a viewer sends.
 #include "gateway/viewer_message.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // ViewerSession: one viewer's side of the protocol, without its socket: what it is sent next, and what becomes of what
 // it sends.
 //
-// What viewers share (a world's picture, figures, events) stands in feeds, which the gateway keeps up to date. A
+// The things that viewers share (a world's picture, figures, events) stand in feeds, kept up to date by the gateway. A
 // session keeps only what it was sent, so nothing queues for a viewer that reads slowly: `Next` makes a message when
 // the socket can take one, out of what is newest then. What cannot be left out (answers, the first messages) is
 // bounded.
@@ -48,19 +48,19 @@ struct Lines {
   }
 };
 
-// What those see who look through the eyes of one client.
+// The view of those who look through the eyes of one client.
 struct ViewFeed {
-  std::uint64_t generation = 0;  // of the client; another one begins with a welcome
+  std::uint64_t generation = 0;  // counts clients; another one begins with a welcome
   std::shared_ptr<const SceneBook> book;
   Bytes welcome, map;
   std::uint64_t map_number = 0;
   const Picture* picture = nullptr;  // the newest
   Lines<std::string> met;
   std::function<std::string(BodyId)> detail;
-  // Of the property, not older than some tenths of a second; until the next call.
+  // Values of the property, not older than some tenths of a second; until the next call.
   std::function<const PropertyValues&(const std::string&, std::chrono::steady_clock::time_point)> values;
 };
-// What is known of the world as a whole.
+// The news of the world as a whole.
 struct NewsFeed {
   std::string status;
   std::uint64_t status_number = 0;
@@ -105,7 +105,7 @@ class ViewerSession {
   bool over() const { return over_; }
   const std::string& close_code() const { return close_code_; }
 
-  // What the view of a player follows while it names no centre.
+  // The body that the view of a player follows while it names no centre.
   void FollowBody(BodyId body) { follow_ = body; }
   BodyId selected() const { return selected_; }
   std::uint32_t rate_hz() const { return rate_hz_; }
@@ -130,14 +130,14 @@ class ViewerSession {
   const ViewFeed* view_ = nullptr;
   const NewsFeed* news_ = nullptr;
 
-  // What was sent of the feeds.
+  // The last of the feeds that was sent.
   std::uint64_t generation_ = 0;  // 0: no welcome yet
   std::size_t scene_messages_ = 0;
   std::uint64_t map_number_ = 0, status_number_ = 0, events_ = 0, met_ = 0, recording_number_ = 0, play_number_ = 0;
   bool view_changed_ = false;  // since the last frame
   ViewerEncoder encoder_;
 
-  // What the viewer wants.
+  // The viewer's wishes.
   std::uint32_t rate_hz_;
   ViewerView shown_;
   BodyId follow_{}, selected_{};
@@ -152,8 +152,8 @@ class ViewerSession {
   TimePoint next_frame_{}, next_detail_{}, last_frame_{}, met_window_{};
   std::size_t met_in_window_ = 0;
   std::string last_detail_;
-  std::string property_;        // of which values are sent; empty: of none
-  PropertyValues sent_values_;  // of the bodies that are there still
+  std::string property_;        // the one whose values are sent; empty: none
+  PropertyValues sent_values_;  // only of bodies that are there still
   TimePoint next_values_{};
   std::uint64_t frames_ = 0, bad_messages_ = 0;
   ByteWriter frame_;

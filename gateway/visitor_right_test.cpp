@@ -1,4 +1,4 @@
-// Who gives orders through a gateway: whoever shows a right, and nobody else.
+// Whoever shows a right gives orders through a gateway, and nobody else.
 #include "gateway/visitor_right.h"
 
 #include <gmock/gmock.h>

@@ -26,7 +26,7 @@
 
 namespace tessera::gateway {
 
-// What worlds and players share.
+// Things that worlds and players share.
 struct Services {
   trust::ControlPoint control;
   std::shared_ptr<grpc::Channel> channel;
@@ -81,7 +81,7 @@ class WatchedWorld {
   InstanceFeed::State state_;
   NewsFeed news_;
   std::unique_ptr<ViewSource> source_;
-  std::shared_ptr<const SceneBook> book_;  // of the last join
+  std::shared_ptr<const SceneBook> book_;  // from the last join
   const Scene* book_scene_ = nullptr;
   std::optional<Problem> problem_;
   bool joining_ = false, status_due_ = true;

@@ -1,4 +1,4 @@
-// What the web server reads of a request, and what stands in all of its answers.
+// The parts of a request that the web server reads, and the headers that stand in all of its answers.
 //
 // Thread rule: free functions; those that take a connection, on the thread of its loop.
 #pragma once
