@@ -95,7 +95,7 @@ class Agent {
   std::unique_ptr<StateDir> state_;
   std::string boot_id_;
   std::optional<HostIdentity> identity_;
-  std::string join_key_;  // of the certificate that is asked for with the join token; PEM, secret
+  std::string join_key_;  // key of the certificate that is requested with the join token; PEM, secret
   AgentMetrics metrics_;
   ServiceNotify notify_;
   Supervisor supervisor_;

@@ -1,9 +1,9 @@
 // ContentCache: scenes and games by hash, from the state folder or, once, from the control plane.
 //
-// What was fetched is kept only if it hashes to what was asked for; the file appears whole or not at all. A stored file
-// is checked when it is wanted, and fetched anew if it was damaged since. While the control plane is away, requests for
-// what is missing wait. Thread rule: the event loop's thread, which also runs the callbacks; checking and writing of
-// what was fetched happens on gRPC's.
+// Fetched content is kept only if it has the hash that was asked for; the file appears whole or not at all. A stored
+// file is checked when it is wanted, and fetched anew if it was damaged since. While the control plane is away, the
+// requests for missing content wait. Thread rule: the event loop's thread, which also runs the callbacks; fetched
+// content is checked and written on gRPC's.
 #pragma once
 
 #include <functional>

@@ -73,7 +73,7 @@ void ControlSession::Redial() {
   if (link_) link_->Cancel();
   link_.reset();
   admitted_link_.reset();
-  Dial();  // what the old link still says is not heard
+  Dial();  // nothing that the old link still reports is heard
 }
 
 void ControlSession::Send(v1::AgentMessage message) {

@@ -59,7 +59,7 @@ class ControlSession {
   bool several() const { return addresses_.size() > 1; }
 
   std::shared_ptr<EventLoop> loop_;
-  std::vector<std::string> addresses_;  // of the control planes, at least one
+  std::vector<std::string> addresses_;  // addresses of the control planes, at least one
   std::size_t at_ = 0;                  // the one that is dialled
   LifeFence lives_;
   Callbacks callbacks_;

@@ -55,7 +55,7 @@ class GameModules {
   std::string complaint_;  // about the folder, as logged last
 };
 
-// What the worker's program said about the module and how it ended: exposed for tests. `lines`: its last ones.
+// Reads how the worker's program described the module and how it ended: exposed for tests. `lines`: its last ones.
 v1::GameModule ReadDescription(const std::string& name, const std::vector<std::string>& lines, const std::string& end,
                                bool ended_well);
 

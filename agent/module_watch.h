@@ -28,7 +28,7 @@ class ModuleWatch {
  private:
   void Run();
 
-  GameModules modules_;  // of the thread, once that runs
+  GameModules modules_;  // only the thread uses them once it runs
   std::function<void(v1::GameModuleList)> on_change_;
   v1::GameModuleList first_;
   std::mutex mutex_;  // guards the flag below

@@ -1,4 +1,4 @@
-// What a supervisor makes of orders for workers that run a native game, and of how such workers die.
+// How a supervisor carries out orders for workers that run a native game, and how such workers die.
 #include <gmock/gmock.h>
 
 #include <csignal>

@@ -24,7 +24,7 @@ bool NeedsNow(const v1::WorkerOrder& order, const Content& content) {
   return content.kind == ContentKind::kScene || content.hash == order.game_hash();
 }
 
-// What it began with is in its memory.
+// A region that has begun is in the worker's memory.
 bool HasBegun(const v1::WorkerReport& report) { return report.phase() >= v1::WORKER_PHASE_BOUND; }
 
 v1::WorkerExited NeverStarted(const WorkerKey& key, const std::string& reason) {

@@ -136,7 +136,7 @@ class Supervisor {
   std::size_t size() const { return workers_.size(); }
   std::uint64_t desired_revision() const { return desired_revision_; }
   std::vector<v1::WorkerReport> Reports() const;
-  // What this host runs, as the control plane ordered it. Workers of an agent before this one are not among them until
+  // The orders that the control plane gave this host. Workers of an agent before this one are not among them until
   // they are ordered again.
   v1::HeldOrders HeldOrders() const;
   std::vector<v1::WorkerExited> Exits() const;

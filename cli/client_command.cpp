@@ -38,7 +38,7 @@ struct ClientOptions {
   std::string record_file;
   std::uint64_t record_mb = 1024;
   std::string play_file;
-  double from_s = 0, speed = 1;  // of what is played
+  double from_s = 0, speed = 1;  // place and speed in the recording that is played
   bool events = false;
 };
 
@@ -75,7 +75,7 @@ void Watch(const Globals& globals, const ClientOptions& options, local::Bot& bot
   bool going = true;
   while (going && !stop.Wait(TimeUntil(next_frame))) {
     const auto now = client::Clock::now();
-    next_frame = std::max(next_frame + frame, now);  // what was missed is not made up for
+    next_frame = std::max(next_frame + frame, now);  // missed frames are not made up for
     going = bot.Frame(start + std::chrono::duration_cast<client::Clock::duration>((now - start) * options.speed));
     for (const client::ClientEvent& event : bot.events()) {
       const bool must = event.kind == client::ClientEvent::Kind::kRecordingEnded;

@@ -34,7 +34,7 @@ std::string ContextsPath();
 Contexts LoadContexts();
 void SaveContexts(const Contexts& contexts);
 
-// Whom the command speaks to: --control or TESSERA_CONTROL, else --context, else the current context, else the socket
+// The control plane to call: --control or TESSERA_CONTROL, else --context, else the current context, else the socket
 // of this user's `tessera up`. An address that a context has comes with that context's credentials; TESSERA_TOKEN takes
 // the place of its token. CommandError: there is no such context.
 trust::ControlPoint ControlOf(const Globals& globals);

@@ -37,7 +37,7 @@ struct RecordOptions {
   std::string instance, token_file;
 };
 
-// What proves the right to have a world recorded: the token of the file, else the key of the gateway of `tessera up`,
+// Proves the right to have a world recorded: the token of the file, else the key of the gateway of `tessera up`,
 // which goes to no other machine. Empty: neither is there, and the gateway says what it needs.
 std::string SecretFor(const Globals& globals, const RecordOptions& options) {
   std::string file = options.token_file;

@@ -73,7 +73,7 @@ void Import(const Globals& globals, const ImportOptions& options) {
                              path.parent_path().string(), options.name.empty() ? path.stem().string() : options.name);
   if (!imported.ok())
     throw local::CommandError(fmt::format("{}: {}", options.file, std::string(imported.status().message())));
-  // What is written is what a control plane will take.
+  // A control plane will take the file that is written.
   const auto loaded = LoadScene(imported->scene, options.file);
   if (!loaded.ok()) throw local::CommandError(std::string(loaded.status().message()));
   WriteScene(imported->scene, options.out);

@@ -35,7 +35,7 @@ double LateShare(const local::SwarmReport& report) {
 
 double Ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
-// What happened between two reports.
+// Says how the time between two reports went.
 std::string Line(const local::SwarmReport& before, const local::SwarmReport& now) {
   const double seconds = now.seconds - before.seconds;
   local::SwarmReport since;

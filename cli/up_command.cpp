@@ -55,7 +55,7 @@ std::vector<v1::Instance> InstancesUnderWay(local::Connection& control) {
   return instances;
 }
 
-// What an earlier run left, which begins again by itself: one line each, with the moment that it goes back to.
+// Instances that an earlier run left, which begin again by themselves: one line each, with the moment they go back to.
 std::vector<std::string> DescribeLeftOver(local::Connection& control) {
   std::vector<std::string> lines;
   for (const v1::Instance& instance : InstancesUnderWay(control)) {

@@ -22,7 +22,7 @@ namespace tessera::local {
 
 struct LocalClusterOptions {
   std::string state_dir;                         // state and logs; must exist
-  std::string socket = {};                       // of the control plane; empty: in the state folder
+  std::string socket = {};                       // the control plane's; empty: in the state folder
   std::string listen = {}, players_listen = {};  // its doors by TLS; empty: none
   std::string metrics_listen = "127.0.0.1:0";    // its HTTP
   std::uint32_t hosts = 1;

@@ -32,21 +32,21 @@ namespace tessera::local {
 struct SwarmOptions {
   trust::ControlPoint control;
   std::string instance_id;
-  std::string name = "swarm";  // of the players: "swarm-1", "swarm-2", ...
+  std::string name = "swarm";  // the players': "swarm-1", "swarm-2", ...
   std::size_t players = 1;
   double rate_hz = 30;     // polls of a player a second
-  std::uint64_t seed = 1;  // of their ways; player i has seed + i
+  std::uint64_t seed = 1;  // seeds their ways; player i has seed + i
 };
 
 struct SwarmReport {
   std::size_t wanted = 0, joined = 0, in = 0;  // players asked for, who came in, who are in now
   double seconds = 0;                          // since the first one came in
   double player_seconds = 0;                   // sum over players of the time that they were polled
-  double cpu_seconds = 0;                      // of this process in that time
+  double cpu_seconds = 0;                      // used by this process in that time
   std::uint64_t polls = 0, late_polls = 0;     // made; dropped because the one after them was due
   std::uint64_t bytes_in = 0, bytes_out = 0, corrections = 0, extrapolations = 0;
   double mean_bodies = 0;                 // in view of a player, now
-  double poll_p50_s = 0, poll_p99_s = 0;  // of the frames of one player: its poll, its steering, its reading
+  double poll_p50_s = 0, poll_p99_s = 0;  // one player's frame: its poll, its steering, its reading
   absl::Status join_error;                // why no more players come in, if that is so
   absl::Status end_reason;                // why the last player who is gone was thrown out, if that was no end in order
 };
@@ -83,7 +83,7 @@ class Swarm {
   double begin_cpu_s_ = 0, past_player_seconds_ = 0;
   absl::Status end_reason_;
 
-  mutable std::mutex mutex_;  // of what stands between here and the thread that lets players in
+  mutable std::mutex mutex_;  // guards what stands between here and the thread that lets players in
   std::vector<std::unique_ptr<Bot>> joined_;
   absl::Status join_error_;
   bool all_joined_ = false;

@@ -64,7 +64,7 @@ struct RunSummary {
   std::uint64_t bodies_at_start = 0;  // dynamic ones of the scene, and a body for each bot
   std::optional<ConservationResult> conservation;
   std::uint64_t nonfinite = 0;
-  std::uint64_t comebacks = 0;  // of bots that were thrown out
+  std::uint64_t comebacks = 0;  // returns of bots that were thrown out
   std::vector<RegionSummary> regions;
   std::string ended_as;                      // state of the instance after it was deleted
   std::vector<std::int64_t> processes_left;  // workers that still run; always empty unless something is badly wrong
@@ -127,7 +127,7 @@ class WorldRun {
   std::chrono::steady_clock::time_point started_;
   std::vector<std::unique_ptr<Bot>> bots_;
   bool bots_come_back_ = false;
-  std::map<const Bot*, Refusals> refusals_;  // of those that are out now
+  std::map<const Bot*, Refusals> refusals_;  // only bots that are out now
   std::uint64_t comebacks_ = 0;
 
   std::mutex mutex_;  // guards what follows: written by the watch's thread

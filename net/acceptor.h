@@ -75,7 +75,7 @@ struct AcceptorLimits {
   std::size_t max_per_player = 8;
   // limits.h says why these.
   Rate hellos = kHellos, hellos_of_an_address = kHellosOfAnAddress, logins_of_an_address = kLoginsOfAnAddress;
-  SessionLimits accepted{};  // of each accepted session; without limit unless set
+  SessionLimits accepted{};  // for each accepted session; without limit unless set
 };
 
 struct AcceptorStats {

@@ -25,7 +25,7 @@ struct Acceptor::Session {
 
   // Fields of an accepted session.
   PeerIdentity who;
-  VerificationKey holder{};      // of the credential
+  VerificationKey holder{};      // the credential's
   bool heard = false;            // a sealed datagram has come, so the other end knows that it was accepted
   std::uint64_t credential = 0;  // its hash, for HeldOff
   SessionBudget budget;

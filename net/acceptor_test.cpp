@@ -364,7 +364,7 @@ TEST_F(AcceptorTest, NobodyElseIsTakenForTheRegionThatWasDialled) {
   };
   for (const Case& impostor : cases) {
     Acceptor server({.max_sessions = 8});
-    EndpointIdentity self = genuine;  // what it says in the Challenge, and what it takes, is as of the genuine one
+    EndpointIdentity self = genuine;  // its Challenge, and all that it takes, is as the genuine one's
     self.certificate = impostor.certificate;
     self.key = impostor.key;
     server.Open(self);

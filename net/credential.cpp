@@ -12,7 +12,7 @@ namespace {
 // The first byte.
 enum class Kind : std::uint8_t { kPlayer = 1, kWorker = 2 };
 
-constexpr std::size_t kMaxShownIdBytes = 64;  // of a stranger's instance id, in an error
+constexpr std::size_t kMaxShownIdBytes = 64;  // the most of a stranger's instance id in an error
 
 std::string_view LabelOf(Kind kind) {
   return kind == Kind::kPlayer ? "tessera player credential" : "tessera worker certificate";

@@ -46,7 +46,7 @@ struct WorkerCertificate {
 struct Credentials {
   std::string instance_id;
   std::vector<std::uint8_t> statement;  // a signed PlayerCredential or WorkerCertificate
-  SigningKey key;                       // whose public half is in it
+  SigningKey key;                       // its public half is in the statement
   VerificationKey instance_key{};       // by which the certificates of regions must verify
 };
 

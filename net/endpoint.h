@@ -56,7 +56,7 @@ struct EndpointOptions {
   // False: reliable messages of accepted peers are dropped. ENet keeps such messages until they are complete and in
   // order, and trusts the peer on how many are missing.
   bool accept_reliable_messages = true;
-  // What each accepted peer may send; the excess is dropped. One that goes on for long gets a kFloods event.
+  // Limits for each accepted peer; the excess is dropped. One that exceeds them for long gets a kFloods event.
   SessionLimits accepted{};
   // How many datagrams one Service looks at, and how many more for each peer; the others wait.
   std::size_t datagrams_per_service = kMaxDatagramsPerService, datagrams_per_peer = 0;

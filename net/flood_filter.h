@@ -40,7 +40,7 @@ class FloodFilter {
   void ShutOut(TimePoint now, const Address& address);
 
   bool active() const { return active_; }
-  // Of all hellos, those that pass: 0 to 1.
+  // Share of all hellos that pass: 0 to 1.
   double hellos_that_pass() const { return hellos_.passes; }
 
  private:

@@ -33,7 +33,7 @@ struct GrantedRegion {
 
 struct JoinGrant {
   PlayerNumber player;      // or a viewer's number
-  Credentials credentials;  // of that player, with the instance's id and public key
+  Credentials credentials;  // that player's, with the instance's id and public key
   PartitionMap map;
   std::vector<GrantedRegion> regions;  // one for each region of the map, ascending
   std::string scene_hash;              // SceneHash: 64 lower-case hexadecimal digits
@@ -45,13 +45,13 @@ struct JoinGrant {
 // host.
 inline constexpr std::size_t kMaxJoinGrantBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kMaxHostBytes = 255;         // the longest host name, by RFC 1035
-inline constexpr std::uint32_t kMaxGrantedRateHz = 1000;  // of ticks and of snapshots
+inline constexpr std::uint32_t kMaxGrantedRateHz = 1000;  // for ticks and for snapshots
 inline constexpr std::uint32_t kJoinGrantVersion = 1;
 
 // `grant` is one that CheckJoinGrant accepts. The same grant gives the same bytes.
 std::vector<std::uint8_t> EncodeJoinGrant(const JoinGrant& grant);
 
-// What DecodeJoinGrant checks beyond the form, for those who make a grant of an answer from elsewhere.
+// Checks of DecodeJoinGrant beyond the form, for those who make a grant of an answer from elsewhere.
 absl::Status CheckJoinGrant(const JoinGrant& grant);
 
 // Errors, INVALID_ARGUMENT naming the field: "grant: this is no join grant", "grant: of version 2; this library reads

@@ -19,7 +19,7 @@
 
 namespace tessera::net {
 
-inline constexpr std::size_t kKeyBytes = 32;  // of a seed, and of a public key
+inline constexpr std::size_t kKeyBytes = 32;  // for a seed, and for a public key
 using Seed = Secret<kKeyBytes>;
 using VerificationKey = std::array<std::uint8_t, kKeyBytes>;
 using Signature = std::array<std::uint8_t, 64>;

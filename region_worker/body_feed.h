@@ -61,7 +61,7 @@ class BodyFeed {
   std::vector<Pushed> pushed_;                            // ascending by id
   std::vector<Told> properties_;                          // as pushed, ascending by body
   std::vector<replication::DepartureRecord> departures_;  // since the last push
-  std::vector<Removal> removals_;                         // of which nobody may know yet
+  std::vector<Removal> removals_;                         // those that nobody may know yet
   // Scratch of Push, kept for its memory.
   std::vector<Pushed> pushing_;
   std::vector<replication::BodyRecord> changed_;

@@ -32,8 +32,8 @@ struct SentNews {
   bool ended = false;
 };
 
-// What is new to a connection that was sent `sent`, or nothing at all; notes it there. Nothing if nothing is, or the
-// player's body is not owned here; `sent` is forgotten then.
+// The news for a connection that was sent `sent`; notes them there. Nothing if there are none, or the player's
+// body is not owned here; `sent` is forgotten then.
 std::optional<v1::RegionControl> NewsFor(const region::Region& region, PlayerNumber player,
                                          std::optional<SentNews>& sent);
 

@@ -51,7 +51,7 @@ class SceneDesk {
   // Sends what is due. True: bytes of the scene wait for time to pass.
   bool Serve(TimePoint now, const Send& send);
 
-  std::uint64_t sent_bytes() const { return sent_bytes_; }  // of packed scenes, since the beginning
+  std::uint64_t sent_bytes() const { return sent_bytes_; }  // packed scenes only, since the beginning
 
  private:
   struct Packed {

@@ -84,7 +84,7 @@ class WorkerShell {
 
   WorkerOptions options_;
   const SignalWatch& signals_;
-  const net::SigningKey key_ = net::SigningKey::Make();  // of this process, and nobody else's
+  const net::SigningKey key_ = net::SigningKey::Make();  // this process' own, and nobody else's
   WorkerMetrics metrics_;
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;
   std::optional<RegionLinks> links_;

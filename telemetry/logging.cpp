@@ -83,7 +83,7 @@ class RotatingSink final : public spdlog::sinks::base_sink<std::mutex> {
     spdlog::memory_buf_t line;
     formatter_->format(message, line);
     std::fwrite(line.data(), 1, line.size(), stderr);
-    // What the C library writes counts too, so the file's size is asked for.
+    // Text that the C library writes counts too, so the file's size is asked for.
     struct stat file {};
     if (fstat(STDERR_FILENO, &file) == 0 && static_cast<std::uint64_t>(file.st_size) >= host::kMaxLogBytes) Rotate();
   }

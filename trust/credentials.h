@@ -1,4 +1,4 @@
-// What a program shows a control plane, and where it reaches it.
+// The proofs that a program shows a control plane, and the place where it reaches it.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@ namespace tessera::trust {
 struct Credentials {
   // Certificate of the cluster's authority; empty: as the address' fingerprint says. With both they must agree.
   std::string authority;
-  std::string certificate, key;  // of a host; empty: none
-  std::string bearer_token;      // of a person or program; empty: none
+  std::string certificate, key;  // a host's; empty: none
+  std::string bearer_token;      // a person's or program's; empty: none
 };
 
 // An address stands for itself with no credentials, as a socket needs none.

@@ -7,7 +7,7 @@
 // There is no way without: over TCP it is TLS, and the server's certificate must be of the authority that is given, or
 // that the address names by its fingerprint.
 //
-// Of several control planes, "10.0.0.1:7700,10.0.0.2:7700", the one that leads is looked for: all are asked at once,
+// Among several control planes, "10.0.0.1:7700,10.0.0.2:7700", it looks for the one that leads: all are asked at once,
 // and the channel is to the first whose health says that it serves. It does not move on when another leads; dial again.
 //
 // Thread rule: any thread. An address with a fingerprint is dialled once here, to have the authority's certificate;

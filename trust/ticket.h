@@ -49,7 +49,7 @@ struct Ticket {
   std::string instance;      // id; empty: any of the cluster
   std::string player_id;     // 1 to 64 bytes of UTF-8, without control characters
   std::string name;          // as player_name.h has it
-  // Of the player's body, that the scene declares: flags, numbers, reals and texts.
+  // Properties of the player's body, that the scene declares: flags, numbers, reals and texts.
   std::vector<NamedProperty> properties;
   friend bool operator==(const Ticket&, const Ticket&) = default;
 };

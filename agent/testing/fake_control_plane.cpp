@@ -72,7 +72,7 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
   ControlRecord record;
   v1::ControlMessage desired;
   std::set<Stream*> streams;
-  host::TemporaryFolder folder;  // of the socket
+  host::TemporaryFolder folder;  // holds the socket
   std::unique_ptr<grpc::Server> server;
 
  private:

@@ -110,14 +110,14 @@ class Importer {
   // A body that parts of the level hang below.
   struct Body {
     std::string where;
-    Affine map;  // of its node
+    Affine map;  // map of its node
     Pose pose;
     v1::Body proto;
     std::vector<ShapePart> parts;
   };
   struct Visit {
     int node = 0;
-    Affine map;  // of the parent
+    Affine map;  // map of the parent
     int body = -1;
   };
 
@@ -201,7 +201,7 @@ absl::Status Importer::Enter(const Visit& visit, std::vector<Visit>& next) {
       if (absl::Status added = AddShape(body, map, node, IndexIn(part, "shape"), trigger); !added.ok()) return added;
     }
   }
-  // What belongs to a body, or has a shape for physics, has its mesh to be drawn.
+  // A node that belongs to a body, or has a shape for physics, gives its mesh to be drawn.
   if (node.mesh >= 0 && body < 0 && !shaped) {
     if (absl::Status added = AddMesh(map, node, where); !added.ok()) return added;
   }

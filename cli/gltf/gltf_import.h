@@ -26,7 +26,7 @@ struct GltfImport {
   v1::Scene scene;
   std::size_t nodes = 0, static_bodies = 0, dynamic_bodies = 0, kinematic_bodies = 0, triggers = 0, triangles = 0;
   std::size_t spawn_points = 0;
-  std::vector<std::string> notes;  // what was left out or changed, one line each
+  std::vector<std::string> notes;  // parts that were left out or changed, one line each
 };
 
 // `bytes`: a .glb or .gltf file; `folder`: where the files lie that it names; `name`: of the scene. Errors:

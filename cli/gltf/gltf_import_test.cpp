@@ -171,7 +171,7 @@ TEST(GltfImportTest, StripsAndFansAndListsWithoutIndicesAreTriangles) {
     level.Node({{"mesh", level.Mesh({{"attributes", {{"POSITION", level.Positions(strip)}}}, {"mode", mode}})}});
     const GltfImport imported = Imported(level);
     const v1::Shape::TriangleMesh& mesh = imported.scene.bodies(0).shape().mesh();
-    // Of the fan one triangle is flat: 0, (1, 0, 0) and (2, 0, 0) lie on one line, but those are not neighbours in it.
+    // One triangle of the fan is flat: 0, (1, 0, 0) and (2, 0, 0) lie on one line, but those are not neighbours in it.
     EXPECT_EQ(imported.triangles, triangles) << mode;
     if (mode == 6) continue;  // this fan folds over itself
     for (int i = 0; i + 2 < mesh.indices_size(); i += 3) {
@@ -208,7 +208,7 @@ TEST(GltfImportTest, BodiesOfOmiPhysicsBecomeWhatTheySay) {
   }
 }
 
-// What hangs below a body that moves is part of it, and the body is where its mass is.
+// All that hangs below a body that moves is part of it, and the body is where its mass is.
 TEST(GltfImportTest, ShapesBelowABodyAreOneBodyAboutItsCentreOfMass) {
   Level level;
   const int box = level.Shape({{"type", "box"}, {"box", {{"size", {1, 1, 1}}}}});
@@ -319,7 +319,7 @@ TEST(GltfImportTest, ShapesThatCannotBeAreRefusedByTheirNode) {
 }
 
 TEST(GltfImportTest, ValuesOfAnotherKindAreAsIfTheyWereNotThere) {
-  // Of a shape, one after the other, what it takes a number, a list or an object for.
+  // Each field of a shape that takes a number, a list or an object, one after the other.
   const json wrong = {5, "text", json::array({1}), true};
   for (const json& value : wrong) {
     SCOPED_TRACE(value.dump());

@@ -24,7 +24,7 @@ struct ShapePart {
   Pose pose;
   v1::Shape shape;                     // not set for a hull and for a mesh:
   std::vector<Vec3d> points;           // m in the world
-  std::vector<std::uint32_t> indices;  // of a mesh, three a triangle
+  std::vector<std::uint32_t> indices;  // only for a mesh, three a triangle
 };
 
 struct JoinedShape {

@@ -63,7 +63,7 @@ struct OrderedGame {
   std::string path;          // empty: it is not here yet; of a native one a shared library
   std::string hash;          // SHA-256, hexadecimal; empty: any
   std::string name;          // as its errors name it
-  std::uint32_t number = 0;  // of one that is to take the place of another
+  std::uint32_t number = 0;  // counts games; set for one that is to take the place of another
   std::string failure;       // why it will not come; empty: it is here or on its way
   bool native = false;       // a shared library, and `name` is the library's
   friend bool operator==(const OrderedGame&, const OrderedGame&) = default;

@@ -29,7 +29,7 @@
 
 namespace tessera::worker {
 
-// What a region last said about a player's body.
+// The last word of a region about a player's body.
 struct PlayerPlace {
   Epoch epoch;
   Tick tick;

@@ -56,7 +56,7 @@ class RegionRun {
 
   // Repeating it does nothing. An error is a contradiction that this worker cannot live with.
   absl::Status Follow(const Order& order, TimePoint now, LinkTable& links, Actions& actions);
-  // Whom the region needs links with: neighbours by the map in force, by the one that is announced and by a failover's,
+  // The regions that it needs links with: neighbours by the map in force, by the announced one and by a failover's,
   // the standby, the primaries. Ascending.
   std::vector<RegionId> Partners(const Order& order) const;
   // True once after each change of the map in force.

@@ -6,7 +6,7 @@
 namespace tessera::worker {
 namespace {
 
-constexpr int kMaxRemovedRuns = 10'000;  // of ids in a report
+constexpr int kMaxRemovedRuns = 10'000;  // runs of ids in a report
 constexpr std::size_t kMaxPublishedReported = 512;
 constexpr std::size_t kSpreadParts = 16;  // so that a cut is off by a sixteenth of its region's load at most
 

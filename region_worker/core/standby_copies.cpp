@@ -68,7 +68,7 @@ void StandbyCopies::Take(RegionId from, Primary& primary, TimePoint now, const L
   const absl::Status taken = primary.copy.Receive(primary.partial);
   primary.partial.clear();
   if (taken.ok()) {
-    if (primary.stale && primary.copy.tick() <= before) return;  // what it had already
+    if (primary.stale && primary.copy.tick() <= before) return;  // it had this state already
     primary.stale = false;
     primary.acknowledged_at = now;
     ++primary.signs;

@@ -19,7 +19,7 @@ constexpr RegionId kPrimary{2};
 class StandbyCopiesTest : public testing::Test {
  protected:
   StandbyCopiesTest() { links_.Up(kPrimary, Incarnation(1), TimePoint(), actions_); }
-  // Whom it has asked for a whole state since it was last asked.
+  // The regions that it has asked for a whole state since the last call.
   std::vector<RegionId> TakeAsked() {
     std::vector<RegionId> asked;
     for (const SentMessage& sent : TakeSent(actions_)) {

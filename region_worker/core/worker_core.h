@@ -56,7 +56,7 @@ struct WorkerSetup {
   // its name. Null: none.
   const tessera_game_module* game_module = nullptr;
   std::string game_module_name{};
-  net::VerificationKey key{};  // of this process, to be certified
+  net::VerificationKey key{};  // this process' own, to be certified
 };
 
 class WorkerCore {

@@ -48,7 +48,7 @@ class TestClient {
   Tick tick;
   std::optional<replication::RegionFigures> figures;
   std::uint32_t last_input = 0;
-  // Of the packed scene: what came, from its beginning or from where the test says that it was; and its size.
+  // The part of the packed scene that came, from its beginning or from where the test says that it was; and its size.
   std::vector<std::uint8_t> scene_bytes;
   std::uint64_t scene_total = 0;
   std::string scene_refused;
