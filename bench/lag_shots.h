@@ -22,7 +22,7 @@ struct LagShots {
   int shots = 0, answered = 0, incomplete = 0;
   int across = 0;      // shots at the target while the region of the shooter did not own it
   int near = 0;        // hit the target within 2 cm of where the ray met what was shown
-  double worst_m = 0;  // of those that hit it at all
+  double worst_m = 0;  // largest miss among those that hit it at all
   int missed = 0;
 };
 

@@ -11,9 +11,9 @@ namespace tessera::bench {
 
 // How large the scenes are, and how long they are measured.
 struct PeopleSize {
-  std::uint32_t starts;                   // of a gateway
+  std::uint32_t starts;                   // starts of a gateway
   std::uint32_t bodies, viewers, rounds;  // viewers: with the first
-  double span_s;                          // of each state in each round
+  double span_s;                          // length of each state in each round
   std::uint32_t slow_viewers, slow_rounds;
   double slow_span_s;
   std::uint32_t kills;

@@ -75,7 +75,7 @@ class SdkViewer {
   SdkViewer(const SdkViewer&) = delete;
   SdkViewer& operator=(const SdkViewer&) = delete;
 
-  double cpu_s() const;  // of its thread so far
+  double cpu_s() const;  // used by its thread so far
   client::ClientStats Stats() const;
 
  private:
@@ -83,7 +83,7 @@ class SdkViewer {
 
   Options options_;
   std::unique_ptr<client::Client> client_;
-  mutable std::mutex mutex_;  // of the client
+  mutable std::mutex mutex_;  // guards the client
   bool ended_ = false;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
@@ -126,7 +126,7 @@ class Viewers {
   void Read(Viewer& viewer, double seconds);
   static void Count(std::span<const std::uint8_t> message, Tally& tally);
 
-  mutable std::mutex mutex_;  // of what is for all
+  mutable std::mutex mutex_;  // guards all that the viewers share
   std::vector<std::unique_ptr<Viewer>> viewers_;
   std::atomic<double> bytes_per_s_ = 0;  // 0: all
   std::atomic<bool> stop_ = false;

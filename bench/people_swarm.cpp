@@ -1,4 +1,4 @@
-// What a player of `tessera swarm` costs, against a process of `tessera client` for each: both 30 frames a second, with
+// Cost of a player of `tessera swarm`, against a process of `tessera client` for each: both 30 frames a second, with
 // prediction, with all bodies read in each frame. CPU time counts from when all are in.
 #include <fmt/format.h>
 

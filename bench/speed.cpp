@@ -226,7 +226,7 @@ absl::Status RunAsleep(bool quick, Report& report) {
 
 struct Timed {
   double wall_s = 0;
-  long switches = 0;  // of all threads of this process, against their will
+  long switches = 0;  // all threads of this process together, against their will
 };
 
 Timed TimeChunk(Engine& engine) {

@@ -48,7 +48,7 @@ std::uint32_t ToArguments(lua_State* L, const Function& function, int first, tes
   if (given > taken) {
     Raise(L, "%s: takes %d argument%s, got %d", function.name.data(), taken, taken == 1 ? "" : "s", given);
   }
-  lua_settop(L, first + taken - 1);  // what conversions push comes behind all parameters
+  lua_settop(L, first + taken - 1);  // values that conversions push come behind all parameters
   std::uint32_t count = 0;
   for (const Parameter& parameter : function.parameters) {
     const int index = first + static_cast<int>(count);

@@ -25,7 +25,7 @@ class LoadedCallbacks {
  private:
   struct Found {
     std::uint32_t callback = 0;
-    const std::string* kind = nullptr;  // of kinds_
+    const std::string* kind = nullptr;  // one of kinds_
     int reference = 0;
   };
   struct Kind {

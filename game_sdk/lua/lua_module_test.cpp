@@ -266,7 +266,7 @@ TEST_F(LuaModuleTest, AllowsChangesWhileItVisits) {
                       "for key, value in pairs(t) do world.log(key .. value) t.b = nil t.c = 4 t.d = 5 end"),
             "");
   EXPECT_THAT(host_.lines, ElementsAre("log(\"a1\")", "log(\"c4\")"));
-  // What a loop gives follows from its state and the key alone.
+  // The result of a loop follows from its state and the key alone.
   EXPECT_EQ(
       Value("(function() local f, s = pairs({ a = 1, b = 2, c = 3 }) f(s, 'b') return f(s, 'a'), f(s, 'b') end)()"),
       "b\tc\t3");
@@ -516,7 +516,7 @@ TEST_F(LuaModuleTest, BoundsMemory) {
   EXPECT_EQ(OnContact("while true do pcall(function() local t = {} for i = 1, 1e7 do t[i] = {} end end) end"),
             "game.lua:2: too much memory");
   EXPECT_EQ(OnContact("local s = 'x' while true do s = s .. s end"), "game.lua:2: a text of more than 64 KiB");
-  // What is freed is not given back.
+  // Freed memory is not given back.
   EXPECT_EQ(OnContact("while true do local t = { 1 } for i = 2, 1000 do t[i] = i end end"),
             "game.lua:2: too much memory");
 }
@@ -604,7 +604,7 @@ TEST_F(LuaModuleTest, RefusesBadSources) {
   EXPECT_EQ(Load("local a = '" + std::string(70000, 'x') + "'"), "game.lua: a text of more than 64 KiB");
 }
 
-// What a callback did before does not change what the next one may do.
+// The work of a callback does not change what the next one may do.
 TEST_F(LuaModuleTest, BeginsEachCallbackAlike) {
   ASSERT_EQ(Load("local function deep(n) if n > 0 then return 1 + deep(n - 1) end return 0 end\n"
                  "function on_tick() print(deep(900)) end\nkinds.crate = { on_contact = function() deep(1e9) end }"),

@@ -19,7 +19,7 @@ struct Key {
   enum class Kind : std::uint8_t { kWhole, kReal, kText, kFlag } kind;
   lua_Integer whole;  // or flag
   lua_Number real;
-  const char* text;  // of a string that the table holds
+  const char* text;  // a string that the table holds
   std::size_t bytes;
 };
 

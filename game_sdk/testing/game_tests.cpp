@@ -86,7 +86,7 @@ absl::Status RunOne(const GameUnderTest& tested, const GameFile& script, std::si
     result.deaths += run.world().deaths();
     const bool failed = !error.empty();
     if (failed) AddFailure(std::move(error), condition.name, result);
-    if (!condition.options.fresh_states) kept.reset();  // of another number of regions
+    if (!condition.options.fresh_states) kept.reset();  // they are for another number of regions
     if (condition.options.deaths || failed) continue;
     if (!condition.options.fresh_states) {
       kept = std::make_unique<const Trace>(run);

@@ -38,8 +38,8 @@ struct GameTestFailure {
 struct GameTestResult {
   std::string name;
   std::vector<GameTestFailure> failures;
-  std::vector<std::string> output;  // what the script printed in the first run
-  std::uint64_t ticks = 0;          // of all runs
+  std::vector<std::string> output;  // lines that the script printed in the first run
+  std::uint64_t ticks = 0;          // all runs together
   std::uint64_t handovers = 0, deaths = 0;
 };
 

@@ -22,8 +22,8 @@ class KeptValue {
  private:
   tessera_game_value value_{};  // without its pointer
   std::string text_;
-  std::vector<std::string> names_;  // of fields
-  std::vector<KeptValue> items_;    // of lists and fields
+  std::vector<std::string> names_;  // names of fields
+  std::vector<KeptValue> items_;    // items of a list, or values of fields
   mutable std::vector<tessera_game_value> list_;
   mutable std::vector<tessera_game_field> fields_;
 };

@@ -38,7 +38,7 @@ namespace tessera::game {
 
 struct LockstepOptions {
   std::uint32_t regions = 4;
-  std::uint64_t seed = 1;  // of the game's random numbers, and of what follows
+  std::uint64_t seed = 1;  // seeds the game's random numbers, and the following
   GameSettings settings;
   // The game's code is loaded anew before callbacks: each of the first kAlwaysFresh ones, and one of kThenFreshOf
   // later.
@@ -143,7 +143,7 @@ class LockstepWorld : private Watcher {
   std::mt19937_64 random_;
   std::vector<PendingCall> pending_;
   std::string pending_error_;
-  RegionId acting_;  // whose step it is
+  RegionId acting_;  // the region whose step it is
   std::uint32_t players_ = 0;
   std::vector<std::pair<PlayerNumber, std::string>> joining_;  // made in the next tick, with their names
   struct Talk {

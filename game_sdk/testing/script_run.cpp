@@ -16,7 +16,7 @@ namespace {
 
 // The message handler stays at the bottom of the stack.
 constexpr int kScriptHandler = 1;
-constexpr lua_Integer kMaxScriptTicks = 1'000'000;  // of one call of step
+constexpr lua_Integer kMaxScriptTicks = 1'000'000;  // the most that one call of step makes
 const char kTestsKey = 't';                         // registry: a list of name and function, in turn
 
 // --- What `t` does. Its functions have t at index 1.

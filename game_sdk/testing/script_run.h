@@ -18,7 +18,7 @@
 
 namespace tessera::game {
 
-inline constexpr std::size_t kMaxTests = 1000;  // of one file
+inline constexpr std::size_t kMaxTests = 1000;  // the most in one file
 
 // The names of a script's tests, in its order. INVALID_ARGUMENT: one line with file and line.
 absl::StatusOr<std::vector<std::string>> ListTests(const GameFile& script);

@@ -4,7 +4,7 @@
 #include <SDL.h>
 #include <SDL_opengl.h>
 
-// What libGL itself exports (OpenGL 1.1) is called directly; these are looked up.
+// The functions that libGL itself exports (OpenGL 1.1) are called directly; these are looked up.
 #define DESKTOP_GL_FUNCTIONS(F)                                \
   F(PFNGLACTIVETEXTUREPROC, ActiveTexture)                     \
   F(PFNGLATTACHSHADERPROC, AttachShader)                       \

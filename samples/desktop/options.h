@@ -1,4 +1,4 @@
-// What the program was started with.
+// The options that the program was started with.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct Options {
   std::string script, screenshot;
   bool plain = false;  // no shadows, no smooth edges
   bool help = false;
-  std::string error;  // what is wrong with the arguments
+  std::string error;  // says what is wrong with the arguments
 };
 
 Options ParseOptions(int argc, char** argv);

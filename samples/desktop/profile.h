@@ -14,7 +14,7 @@ namespace desktop {
 
 struct Timing {
   double recent_ms = 0;  // mean of the last second
-  double mean_ms = 0;    // of all
+  double mean_ms = 0;    // mean of all
   std::uint64_t count = 0;
 };
 

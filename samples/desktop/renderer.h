@@ -44,7 +44,7 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  // What the driver said of the shaders; empty if they are well.
+  // The driver's complaints about the shaders; empty if they are well.
   const std::string& error() const { return error_; }
   std::size_t Add(const Mesh& mesh);
   void Clear();
@@ -65,7 +65,7 @@ class Renderer {
   std::string error_;
   GLuint world_ = 0, shadow_ = 0, sky_ = 0, shadow_map_ = 0, shadow_frame_ = 0, nothing_ = 0;
   std::vector<Buffers> meshes_;
-  std::vector<std::pair<std::size_t, GLsizei>> drawn_;  // of the frame under way: mesh, copies
+  std::vector<std::pair<std::size_t, GLsizei>> drawn_;  // drawn in the frame under way: mesh, copies
 };
 
 }  // namespace desktop

@@ -1,4 +1,4 @@
-// What stands in front of the world: menu, waiting screen, profiler, the end. Drawn by Dear ImGui; nothing here talks
+// The screens in front of the world: menu, waiting screen, profiler, the end. Drawn by Dear ImGui; nothing here talks
 // to the network.
 //
 // Thread rule: the thread of the OpenGL context.

@@ -20,7 +20,7 @@
 
 namespace desktop {
 
-// What a step can wait for.
+// The state that a step can wait for.
 struct Shown {
   std::string screen, trouble;
   bool figures = false, listed = false;
@@ -32,7 +32,7 @@ class Script {
   // Nothing, with `error` set to "file:3: no step 'jump'", if it makes no sense.
   static std::optional<Script> Read(const std::string& file, std::string& error);
 
-  // What is to be done in this frame, besides the keys that it presses.
+  // Orders to be done in this frame, besides the keys that it presses.
   struct Orders {
     std::string screenshot, report;  // files; empty: none
     bool quit = false;
@@ -48,7 +48,7 @@ class Script {
 
   std::vector<Step> steps_;
   std::size_t at_ = 0;
-  double frames_ = 0;  // of the step under way
+  double frames_ = 0;  // frames of the step under way
   std::optional<std::array<double, 3>> from_;
 };
 

@@ -13,7 +13,7 @@ constexpr Vec3 kOwnColour = {0.86F, 0.66F, 0.16F}, kGroundColour = {0.44F, 0.46F
                kWallColour = {0.62F, 0.60F, 0.56F};
 constexpr Vec3 kAsleepColour = {0.45F, 0.47F, 0.50F};
 constexpr float kAsleepShare = 0.45F;
-constexpr double kEyeAbove_m = 1.0;  // what the camera looks at lies so far above the own body's middle
+constexpr double kEyeAbove_m = 1.0;  // the camera looks at a point so far above the own body's middle
 constexpr float kFollow_s = 0.12F;   // the camera comes after it within about so long
 constexpr float kBehind_m = 30;      // bodies so far behind the eye cast no shadow into the picture
 constexpr double kNearestEnd_m = 150, kFurthestEnd_m = 2500;

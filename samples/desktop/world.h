@@ -54,7 +54,7 @@ class World {
   std::vector<Standing> standing_;
   Picture picture_;
   std::optional<std::array<double, 3>> own_position_;
-  std::array<double, 3> target_{};  // what the camera looks at
+  std::array<double, 3> target_{};  // the point that the camera looks at
   bool placed_ = false;
 };
 

@@ -97,7 +97,7 @@ TEST_F(DesktopTest, PlaysAndShowsWhatItCosts) {
   ExpectPicture("menu.png");
   ExpectPicture("world.png");
   const auto after = Report("after");
-  // What tessera_get_stats gave at the moment of the report, in its order, and what the profiler shows.
+  // The report has what tessera_get_stats gave at its moment, in its order, and what the profiler shows.
   const std::string text = host::ReadFile(File("after"), std::size_t{1} << 20).value_or("");
   const auto stats = text.find("\nstats ");
   ASSERT_NE(stats, std::string::npos) << text;
@@ -169,7 +169,7 @@ TEST_F(DesktopTest, SaysWhatIsWrong) {
   EXPECT_EQ(nobody.exit_code, 3);
   EXPECT_NE(nobody.err.find("control plane at unix:/nowhere/control.sock"), std::string::npos) << nobody.err;
   ExpectPicture("nobody.png");
-  // What is on screen is the same text.
+  // The screen shows the same text.
   const std::string report = host::ReadFile(File("nobody"), std::size_t{1} << 20).value_or("");
   EXPECT_NE(report.find("screen menu\ntrouble control plane at unix:/nowhere/control.sock"), std::string::npos)
       << report;

@@ -55,7 +55,7 @@ class GatewayTest : public WorldTest {
     for (const nlohmann::json& region : status->second.at("regions")) alive += region.at("alive").get<bool>() ? 1 : 0;
     return alive;
   }
-  // Of the gateway's process.
+  // Memory of the gateway's process.
   static double ResidentBytes(const std::string& metrics_address) {
     const auto page = telemetry::HttpGet(metrics_address, "/metrics");
     if (!page.ok()) return 0;

@@ -128,7 +128,7 @@ TEST_F(GatewayTest, AKilledWorkerIsSeenToBeReplaced) {
   ASSERT_TRUE(Until({viewer.get()}, "four regions again", [&] { return RegionsAlive(*viewer) == 4; }));
   EXPECT_TRUE(Until({viewer.get()}, "all bodies", [&] { return SeesAll(*viewer); }));
   EXPECT_GT(viewer->texts["events"], 0);
-  // What an operator sets is seen.
+  // Viewers see what an operator sets.
   viewer->Send({{"type", "order"}, {"number", 10}, {"order", "pause"}});
   ASSERT_TRUE(Until({viewer.get()}, "it stands", [&] { return viewer->decoder.paused; }));
 }

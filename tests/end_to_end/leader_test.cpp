@@ -135,7 +135,7 @@ class LeaderTest : public ::testing::Test {
     EXPECT_EQ(described.exit_code, 0) << described.err;
     return nlohmann::json::parse(described.out);
   }
-  // Of the region that is furthest behind; 0: one has not been heard of by this leader.
+  // Tick of the region that is furthest behind; 0: one has not been heard of by this leader.
   static std::uint64_t Tick(const nlohmann::json& instance) {
     std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
     for (const nlohmann::json& region : instance.at("region_status")) {

@@ -255,7 +255,7 @@ TEST_F(TrustTest, EachRoleDoesItsPart) {
   EXPECT_EQ(Tessera({"token", "revoke", "oscar"}).exit_code, 0);
   EXPECT_THAT(Tessera({"--context", "oscar", "host", "list"}).err, HasSubstr("an access token is needed"));
   EXPECT_THAT(Tessera({"token", "list"}).out, ::testing::AllOf(HasSubstr("eve"), Not(HasSubstr("oscar"))));
-  // What was done, and by whom, is in the log.
+  // The log has what was done, and by whom.
   const std::string log = *host::ReadFile(ControlLog(), kMaxFileBytes);
   EXPECT_THAT(log, HasSubstr("AccessService/RevokeToken who=token/admin"));
   EXPECT_THAT(log, HasSubstr("refused method=/tessera.v1.HostService/AddHost who=token/eve"));
@@ -359,7 +359,7 @@ TEST_F(TrustTest, AnOrderIsItsVisitorsAndNotTheGateways) {
   EXPECT_THAT(record({"--token-file", folder_.path() + "/eve.token"}).err, HasSubstr("token eve is a viewer's"));
   EXPECT_THAT(record({"--token-file", folder_.path() + "/oscar.token"}).out, HasSubstr("no longer recorded"));
 
-  // What was revoked counts no more, for the gateway's own orders neither.
+  // A revoked token counts no more, for the gateway's own orders neither.
   EXPECT_EQ(Tessera({"token", "revoke", "oscar"}).exit_code, 0);
   const nlohmann::json revoked = order(oscar, "end_worker");
   EXPECT_EQ(revoked["ok"], false) << revoked;

@@ -1,4 +1,4 @@
-// What a client reads of a region on the reliable channel, and a region of a client that asks for the scene.
+// Messages from a region to a client on the reliable channel, and from a client that asks for the scene to a region.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

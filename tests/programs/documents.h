@@ -27,7 +27,7 @@ inline constexpr const char* kTutorial = "docs/tutorial.md";
 struct Fenced {
   std::string place;      // "docs/tutorial.md:12"
   std::string language;   // "sh", "text", "lua"
-  std::string file, how;  // of the language's line: "lua orchard/game.lua +"; both may be empty
+  std::string file, how;  // from the language's line: "lua orchard/game.lua +"; both may be empty
   std::vector<std::string> lines;
 };
 std::vector<Fenced> ReadFenced(const std::string& name);

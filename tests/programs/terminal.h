@@ -14,7 +14,7 @@ class Terminal {
  public:
   struct Result {
     bool clean = false;  // it ended with 0
-    std::string output;  // of both streams
+    std::string output;  // both streams together
   };
   // Runs the command to its end; one that asks for some seconds gets one.
   Result Type(const std::string& text);

@@ -29,7 +29,7 @@ namespace {
 using ::testing::IsEmpty;
 
 constexpr std::uint32_t kPlayers = 8, kRegions = 6;
-constexpr Tick kLastThrow{9'000};  // of the 10 800 of a match
+constexpr Tick kLastThrow{9'000};  // a match has 10 800
 constexpr std::uint64_t kBallTicks = 600;
 
 std::string ReadGameFile(const std::string& name) {
@@ -161,7 +161,7 @@ class ArenaMatch {
     for (const auto& bot : bots_) pending += bot->pending();
     return pending;
   }
-  // Of balls that clients were told of; what a death takes back was never there.
+  // Balls that clients were told of; those that a death takes back never were there.
   std::map<BodyId, BallLife> Balls() {
     std::map<BodyId, BallLife> told;
     for (const auto& [id, life] : balls_) {
@@ -217,7 +217,7 @@ class ArenaMatch {
   std::shared_ptr<const Scene> scene_;
   std::vector<std::shared_ptr<game::GameHost>> hosts_;
   std::vector<std::unique_ptr<Bot>> bots_;
-  std::map<BodyId, BodyId> holders_;  // what each player holds
+  std::map<BodyId, BodyId> holders_;  // the thing that each player holds
   std::set<BodyId> held_, in_two_hands_;
   std::map<BodyId, BallLife> balls_;
   std::set<BodyId> told_;

@@ -69,7 +69,7 @@ TEST(CharacterBorderTest, WalksAcrossABorderAsInOneRegion) {
   EXPECT_THAT(two.problems(), IsEmpty());
 }
 
-// Who sends nothing any more stops by himself.
+// A character whose player sends nothing any more stops by itself.
 TEST(CharacterBorderTest, StopsWhenInputsStop) {
   RegionGroup group = Make(2);
   for (std::uint32_t number = 1; number <= 30; ++number) {

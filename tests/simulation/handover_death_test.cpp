@@ -75,7 +75,7 @@ TEST(HandoverDeathTest, NothingIsConfirmedByATickThatTheStandbyLacks) {
   EXPECT_TRUE(flight.Keeps(1));
   flight.simulation().Kill(RegionId(2));
   flight.RunUntilOwnedBy(1);
-  flight.ExpectOne(3);  // who has that area now
+  flight.ExpectOne(3);  // that region has the area now
   EXPECT_EQ(flight.control().totals().adopted, 0U);
   EXPECT_EQ(flight.control().totals().from_grant, 1U);
 }
@@ -135,7 +135,7 @@ TEST(HandoverDeathTest, WhatWasGrantedOnwardIsPromotedByTheSecondIfTheThirdDies)
   flight.control().HoldLog(RegionId(2), false);
   flight.simulation().Kill(RegionId(4));
   flight.RunUntilOwnedBy(2);
-  flight.ExpectOne(1);  // who has that area now
+  flight.ExpectOne(1);  // that region has the area now
   EXPECT_EQ(flight.control().totals().from_grant, 1U);
 }
 

@@ -55,7 +55,7 @@ class InvariantChecker {
   void Told(const region::Region& region);
   struct Made {
     std::uint64_t made = 0, removed = 0;  // by a game, and told
-    std::uint64_t came_back = 0;          // of those that were told to be removed
+    std::uint64_t came_back = 0;          // those that came back after they were reported removed
   };
   const Made& made() const { return made_; }
 

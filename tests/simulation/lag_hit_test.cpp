@@ -1,4 +1,4 @@
-// Who aims at what is on the screen hits it, whatever the delay, and whichever region has the target.
+// A player who aims at a target on the screen hits it, whatever the delay, and whichever region has the target.
 #include <gtest/gtest.h>
 
 #include "bench/lag_shots.h"

@@ -193,7 +193,7 @@ TEST(PropertiesTest, AChangeThatCannotBeMadeIsRefusedForGood) {
   Changing world(WithProperties(builder), 1);
   world.Order(ball, "mana", std::int64_t{1});
   world.RunUntil([&] { return world.orders.empty() || world.simulation().tick() > Tick(30); });
-  // Who gives orders knows the scene; a worker that is told nonsense leaves it undone.
+  // The giver of orders knows the scene; a worker that gets a senseless order leaves it undone.
   ASSERT_EQ(world.refusals.size(), 1U);
   EXPECT_EQ(world.refusals[0].refused, "no property \"mana\"");
 }

@@ -39,7 +39,7 @@ inline constexpr std::array<const char*, kFaultKinds> kFaultNames = {
 struct ScheduledFault {
   FaultKind kind = FaultKind::kLoss;
   Micros from = 0, until = 0;
-  RegionId a, b;        // whom it strikes; of a partition: the regions up to `a` and those beyond
+  RegionId a, b;        // regions that it strikes; for a partition: the regions up to `a` and those beyond
   double strength = 0;  // a share, or microseconds
 };
 

@@ -6,7 +6,7 @@
 //   talk.Begin(RegionId(1));
 //   for (...) { talk.Give("jump"); talk.RunFor(Milliseconds(17)); }
 //
-// What a region sends down takes its time, differently for each; it comes in order, and is lost only with its region,
+// A message that a region sends down takes its time, each its own; it comes in order, and is lost only with its region,
 // as on a reliable channel. Thread rule: one thread at a time.
 #pragma once
 

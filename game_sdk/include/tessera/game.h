@@ -5,7 +5,7 @@
  * each run; the module calls the host's functions from inside such a call, and from nowhere else. What a call asked for
  * takes effect when it returns 0, and all of it is discarded when it returns anything else.
  *
- *   const tessera_game_module* tessera_game_module_1(void) { return &module; }   // what a native module exports
+ *   const tessera_game_module* tessera_game_module_1(void) { return &module; }   // a native module exports this
  *
  * Which functions and callbacks there are, with their parameters, is the table in game_sdk/api/api.h; docs/games.md
  * is written from it.

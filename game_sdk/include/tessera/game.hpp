@@ -120,7 +120,7 @@ struct Rotation {  // a unit quaternion
   double x = 0, y = 0, z = 0, w = 1;
 };
 
-// Whose number it is; no reference to a state.
+// The number of a body; no reference to a state.
 struct BodyId {
   std::uint64_t value = 0;
 };
@@ -153,7 +153,7 @@ class Value : public tessera_game_value {
 
   // NOLINTEND(google-explicit-constructor)
 
-  // What the host returned; each throws an Error if it is of another type.
+  // The value that the host returned; each throws an Error if it is of another type.
   bool flag() const { return Of(TESSERA_GAME_FLAG).as.whole != 0; }
   std::int64_t whole() const { return Of(TESSERA_GAME_WHOLE).as.whole; }
   double real() const {

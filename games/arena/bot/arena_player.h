@@ -36,7 +36,7 @@ class ArenaPlayer {
   double Between(double low, double high);
 
   std::uint64_t random_;
-  double side_ = 0;  // of the other goal: 1 along +x; 0: it does not play yet
+  double side_ = 0;  // side of the other goal: 1 along +x; 0: it does not play yet
   Vec3d place_;
   int frames_ = 0, standing_ = 0;
 };
