@@ -39,7 +39,7 @@ if (!existsSync('node_modules')) {
 }
 const bundles = join(folder, `bundles-${what}`);
 run('build.mjs', '--tests', bundles);
-// What the bundles import by name is looked for above them, and FOLDER may lie anywhere.
+// Packages that the bundles import by name are looked for above them, and FOLDER may lie anywhere.
 const packages = join(bundles, 'node_modules');
 rmSync(packages, { force: true });
 symlinkSync(resolve('node_modules'), packages);

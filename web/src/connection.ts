@@ -93,7 +93,7 @@ export class Connection {
       if (message.type === 'problem') this.problem = message;
       this.listener.json(message);
     } catch (error) {
-      // What follows a message that could not be read builds on it, so the picture begins anew.
+      // Messages after one that could not be read build on it, so the picture begins anew.
       this.problem = { code: 'unreadable', text: `a message could not be read: ${String(error)}` };
       const socket = this.socket;
       this.socket = null;

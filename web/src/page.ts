@@ -44,7 +44,7 @@ export class Page implements SessionListener {
   private readonly banner = h('div', { id: 'banner', role: 'alert', hidden: true });
   private readonly toasts = h('div', { id: 'toasts', role: 'status' });
   private marks = true; // contacts are shown
-  private wanted_name = ''; // of the player that this visitor wanted to be last
+  private wanted_name = ''; // the player that this visitor wanted to be last
   private names = new Map<number, string>();
   private steered_s = 0;
   private steered = '';
@@ -210,7 +210,7 @@ export class Page implements SessionListener {
     if (message.type === 'recording') this.time.showRecording(message);
     if (message.type === 'play') this.time.showPlay(message);
     if (message.type === 'met' && this.marks) this.view.showContact(message);
-    // Who may watch and not play is connected again at once, to watch: the reason stays to be read.
+    // A visitor who may watch and not play is connected again at once, to watch: the reason stays to be read.
     const barred = message.type === 'problem' && message.code === 'not_allowed' && this.session.welcome !== null;
     if (barred || (message.type === 'problem' && message.code === 'bad_message')) this.answered(message.text, false);
     if (barred && this.wanted_name !== '') this.lacksToken('Playing here needs an operator’s access token.', () => this.join(this.wanted_name));
@@ -345,7 +345,7 @@ export class Page implements SessionListener {
     this.session.send({ type: 'steer', ...steering });
   }
 
-  // What people read need not change more often than they can.
+  // Texts that people read need not change more often than they can.
   private drawSlowly(now_s: number): void {
     const { session } = this;
     session.checkOrders(now_s);

@@ -9,7 +9,7 @@ export function launch(): Promise<Browser> {
   return chromium.launch({ executablePath: process.env['CHROMIUM'] ?? '/usr/bin/chromium', headless: true, args });
 }
 
-// What a page must not do: say something is wrong, or ask another host for something.
+// Things that a page must not do: say something is wrong, or ask another host for something.
 export interface Complaints {
   errors: string[];
   foreign: string[];

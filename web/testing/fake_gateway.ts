@@ -30,7 +30,7 @@ export interface FakeOptions {
 
 export class FakeGateway {
   readonly world: FakeWorld;
-  served_bytes = 0; // of the page, compressed
+  served_bytes = 0; // sent of the page, compressed
   refuse = false; // closes viewers at once, as a gateway that goes away
   private readonly server: Server;
   private readonly sockets: WebSocketServer;

@@ -25,7 +25,7 @@ export interface FakeBody {
   owner: number;
   asleep: boolean;
   calm: number; // ticks
-  fixed: boolean; // of a pile: it lies where it lies
+  fixed: boolean; // part of a pile: it lies where it lies
 }
 
 export interface FakeRegion {

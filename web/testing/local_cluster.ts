@@ -43,7 +43,7 @@ export class LocalCluster {
     await end(this.children.pop()!);
   }
 
-  // What the command says. It throws what it complains of.
+  // Returns the command's output. It throws what it complains of.
   tessera(...command: string[]): Promise<string> {
     return new Promise((done, fail) => {
       execFile(join(this.bin, 'tessera'), ['--control', this.control, ...command], (error, out, err) => (error ? fail(new Error(`tessera ${command.join(' ')}: ${err}`)) : done(out)));

@@ -88,7 +88,7 @@ interface Figure {
 const p95 = (values: number[]) => percentile(values, 0.95);
 const spread = (values: number[], unit = '1'): Figure => ({ value: percentile(values, 0.5), unit, p10: percentile(values, 0.1), p90: percentile(values, 0.9) });
 
-// What goes over the wire until the page draws bodies: headers and compressed bodies of all answers, but no sockets.
+// Counts bytes on the wire until the page draws bodies: headers and compressed bodies of all answers, but no sockets.
 async function load(address: string): Promise<Record<string, Figure>> {
   const browser = await launch();
   let bytes = 0;
@@ -143,7 +143,7 @@ async function compare(): Promise<Record<string, Figure>> {
     frame_rate_ratio: spread(page_rates.map((rate, round) => rate / bare_rates[round]!)),
     page_frames_per_s: spread(page_rates),
     bare_page_frames_per_s: spread(bare_rates),
-    // Of all frames; the spread is that of the rounds.
+    // All frames together; the spread is that of the rounds.
     script_time_ratio: { ...spread(own.map((ms, round) => p95(ms) / p95(copies[round]!))), value: p95(own.flat()) / p95(copies.flat()) },
     page_script_p95_ms: { ...spread(own.map(p95), 'ms'), value: p95(own.flat()) },
     copying_p95_ms: { ...spread(copies.map(p95), 'ms'), value: p95(copies.flat()) },

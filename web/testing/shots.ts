@@ -4,7 +4,7 @@ import { launch, open } from './browser.ts';
 import { LocalCluster } from './local_cluster.ts';
 
 const WAIT_S = 120;
-const SAMPLES = 30; // of the charts, one a second
+const SAMPLES = 30; // points in the charts, one a second
 
 const [file = 'page.png', bin = '../build/dev/bin'] = process.argv.slice(2);
 const cluster = await LocalCluster.start(bin);

@@ -183,7 +183,7 @@ export interface Met {
   kind: 'contact_began' | 'contact_ended' | 'trigger_entered' | 'trigger_left';
   body: string;
   other: string;
-  point?: number[]; // of a contact that begins
+  point?: number[]; // where a contact begins
   impulse?: number;
 }
 

@@ -33,7 +33,7 @@ export class Tools {
   private readonly hands: HTMLElement;
   private readonly properties = h('optgroup', { label: 'by property' });
   private values: Values | null = null;
-  private range = ''; // of the values, as the legend shows it
+  private range = ''; // range of the values, as the legend shows it
   private playing = false;
   private regions: number[] = [];
   private readonly actions: ToolActions;
@@ -84,7 +84,7 @@ export class Tools {
     this.chooseMode();
   }
 
-  // What the world declares can be chosen, too.
+  // Properties that the world declares can be chosen, too.
   setProperties(names: string[]): void {
     const options = names.map((name) => h('option', { value: PROPERTY + name }, name));
     const known = [...this.properties.children].map((option) => option.textContent);
@@ -98,7 +98,7 @@ export class Tools {
     if (lost) this.chooseMode();
   }
 
-  // Of the property that bodies are coloured by.
+  // Shows the values of the property that bodies are coloured by.
   showValues(values: Values): void {
     const text = `${values.kind} ${values.low} ${values.high}`;
     if (this.property === '' || text === this.range) return;
@@ -175,7 +175,7 @@ function short(value: number): string {
   return String(Number(value.toPrecision(3)));
 }
 
-// What a person chose stays on this machine; a browser that keeps nothing is fine too.
+// A choice stays on this machine; a browser that keeps nothing is fine too.
 function stored(key: string, otherwise: string): string {
   try {
     return localStorage.getItem(`tessera.${key}`) ?? otherwise;

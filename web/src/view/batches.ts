@@ -8,7 +8,7 @@ const FIRST_CAPACITY = 64;
 
 interface Batch {
   mesh: THREE.InstancedMesh;
-  slots: number[]; // of the instances, in order
+  slots: number[]; // bodies of the instances, in order
   matrices: Float32Array;
   colours: Float32Array;
   moved: boolean;

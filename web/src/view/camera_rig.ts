@@ -5,7 +5,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const CHASE_M = 9;
 const TURN_RAD_S = 2.5; // with the stick all the way
-const MARGIN = 0.96; // of half the screen
+const MARGIN = 0.96; // share of half the screen
 
 function fits(place: THREE.Vector3): boolean {
   return Math.abs(place.x) < MARGIN && Math.abs(place.y) < MARGIN;

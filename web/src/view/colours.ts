@@ -47,7 +47,7 @@ function ramp(fraction: number): number[] {
 
 const scaled = [0, 0, 0];
 
-// Of a value of a property: a ramp for numbers, one colour each for texts; grey where there is none.
+// The colour for a value of a property: a ramp for numbers, one colour each for texts; grey where there is none.
 function valueColour(value: unknown, values: Values): number[] {
   if (value === undefined || value === null) return GREY;
   if (typeof value === 'boolean') return linear(FLAG_COLOURS[`${value}`]);

@@ -4,7 +4,7 @@ import * as THREE from 'three';
 import type { Bodies } from '../world/bodies.ts';
 import type { Batches } from './batches.ts';
 
-const NEAR_MISS = 0.012; // of the distance: small bodies can be clicked too
+const NEAR_MISS = 0.012; // share of the distance: small bodies can be clicked too
 
 export function pick(ray: THREE.Ray, bodies: Bodies, batches: Batches, level: THREE.Object3D): number {
   const caster = new THREE.Raycaster();

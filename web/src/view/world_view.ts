@@ -143,7 +143,7 @@ export class WorldView {
     return this.flashes.size;
   }
 
-  // Of Bodies, as its listener.
+  // Bodies calls these as its listener.
   appeared(slot: number): void {
     this.batches.add(slot);
     this.recolour(slot);

@@ -103,7 +103,7 @@ export class Bodies {
     this.drawn_frame = this.frames;
   }
 
-  // What is on its way goes on from where it is shown.
+  // A body on its way goes on from where it is shown.
   private freezeShown(): void {
     const { previous, shown, current, moving } = this;
     let kept = 0;

@@ -8,7 +8,7 @@ const LONGEST_S = 0.25; // after a gap, bodies jump rather than glide
 
 export class Playout {
   private interval_s = 1 / 30;
-  private last_time = NaN; // of the gateway's clock
+  private last_time = NaN; // by the gateway's clock
   private arrived_s = 0;
 
   arrived(time: number, now_s: number): void {

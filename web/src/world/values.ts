@@ -4,7 +4,7 @@ export type Kind = 'none' | 'number' | 'flag' | 'text';
 
 export class Values {
   property = ''; // empty: none is wanted
-  low = Infinity; // of numbers; of vectors, their lengths
+  low = Infinity; // for numbers; for vectors, their lengths
   high = -Infinity;
   private readonly values = new Map<string, unknown>(); // by id of the body
 
