@@ -130,7 +130,7 @@ function on_command(player, bytes)
   world.count("throws")
 end
 
--- Who has no health left looks on, and comes back at home.
+-- A player who has no health left looks on, and comes back at home.
 local function hurt(body, damage)
   local player = body:player()
   if player:is_spectating() then return end
@@ -150,7 +150,7 @@ kinds.player = {
       self.goals = self.goals + 1
       self:player():send("goal", { goals = self.goals })
     elseif name == "holds" then
-      -- Who has gone out or grabbed something else meanwhile lets go of it.
+      -- A player who has gone out or grabbed something else meanwhile lets go of it.
       if self:player():is_spectating() or self.held then
         self:disconnect(values.thing)
         values.thing:send("let go", { by = self })

@@ -25,9 +25,9 @@ typedef struct tessera_instance_info {
   uint32_t size;
   tessera_instance_state state;
   uint32_t regions;
-  uint32_t players;          /* who have joined and not left */
+  uint32_t players;          /* joined and not left */
   uint32_t expected_players; /* the world starts when so many are in */
-  uint32_t name_count;       /* of player_names: known of the first 16 worlds that wait */
+  uint32_t name_count;       /* in player_names: known of the first 16 worlds that wait */
   char id[64];               /* each text ends in 0 */
   char scene[64];
   char game[64]; /* empty: it runs none */
@@ -72,7 +72,7 @@ typedef struct tessera_join_options {
 TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
 /* The grant alone, as a game's backend passes it on: the player has joined then, and whoever has the grant plays it.
  * Writes it only if it fits into `capacity` bytes (TESSERA_MAX_GRANT always do), and gives in `size` how many it has.
- * Of the flags TESSERA_JOIN_WATCH counts. Waits for the control plane; any thread may call it. */
+ * Among the flags TESSERA_JOIN_WATCH counts. Waits for the control plane; any thread may call it. */
 TESSERA_API tessera_code tessera_get_grant(const tessera_join_options* options, void* grant, size_t capacity,
                                            size_t* size);
 

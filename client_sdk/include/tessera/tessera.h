@@ -16,7 +16,7 @@
  *
  * Right-handed, y up; metres, seconds, kilograms, newtons, radians; quaternions x, y, z, w.
  *
- * What holds: nothing here waits but tessera_leave, up to its deadline. No thread is asked of the host and none calls
+ * Promises: nothing here waits but tessera_leave, up to its deadline. No thread is asked of the host and none calls
  * back. connect.h, a library of its own, joins through a control plane. A client may be used by one thread at a time;
  * different clients by different threads. A NULL client, a closed handle's id or a wrong argument gives
  * TESSERA_INVALID_ARGUMENT or 0, never a crash, but for pointers that lead nowhere.
@@ -489,7 +489,7 @@ typedef struct tessera_work { /* s */
   uint64_t count;
   double total, recent;
 } tessera_work;
-/* What a region says of itself once a second: the same figures as its metrics for operators. */
+/* The report of a region about itself, once a second: the same figures as its metrics for operators. */
 typedef struct tessera_region_info {
   uint32_t size;
   uint32_t region;

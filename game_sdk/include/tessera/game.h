@@ -51,7 +51,7 @@ typedef struct tessera_game_field tessera_game_field;
  * or returned from, is followed by another one or ends. */
 typedef struct tessera_game_value {
   uint32_t type;  /* tessera_game_type */
-  uint32_t count; /* of text bytes, list values or fields */
+  uint32_t count; /* text bytes, list values or fields */
   union {
     int64_t whole;
     uint64_t id;
@@ -98,15 +98,15 @@ typedef struct tessera_game_error {
 /* A game as it was uploaded. */
 typedef struct tessera_game_source {
   uint32_t size;    /* bytes of this struct */
-  const char* name; /* of the file, as errors shall name it; ended by a 0 */
+  const char* name; /* the file's, as errors shall name it; ended by a 0 */
   const char* bytes;
   size_t byte_count;
 } tessera_game_source;
 
 typedef struct tessera_game_event {
   uint32_t size;     /* bytes of this struct */
-  uint32_t callback; /* of the table */
-  const char* kind;  /* of the body that it is about, ended by a 0; NULL for the callbacks of the world */
+  uint32_t callback; /* its number in the table */
+  const char* kind;  /* kind of the body that it is about, ended by a 0; NULL for the callbacks of the world */
   const tessera_game_value* arguments;
   uint32_t count;
 } tessera_game_event;
