@@ -55,7 +55,7 @@ make_base() {
   mv "$BASE.part" "$BASE"
 }
 
-# What may change between runs: how this machine's apt and resolver reach the network.
+# Copies the part that may change between runs: how this machine's apt and resolver reach the network.
 copy_network() {
   local root=$1
   apt-config dump | grep -E '^Acquire::(http|https|ftp|Check-|Retries|By-Hash|Languages)' >"$root/etc/apt/apt.conf.d/00host" || true

@@ -5,7 +5,7 @@
 # the headers of what it links: plain, or those of the services as well; tests GoogleTest too. A library that is compiled with
 # options of its own goes without.
 
-# Of each kind the headers, and what one must link to include them.
+# The headers of each kind, and what one must link to include them.
 set(plain_headers <algorithm> <array> <chrono> <cmath> <functional> <map> <memory> <optional> <set> <span> <string>
     <utility> <vector> <absl/status/status.h> <absl/status/statusor.h> <absl/strings/str_cat.h> <absl/strings/str_join.h>)
 set(plain_targets absl::status absl::statusor absl::strings)
@@ -14,8 +14,8 @@ set(services_headers ${plain_headers} <grpcpp/grpcpp.h> <nlohmann/json.hpp> <tes
     <tessera/v1/session.grpc.pb.h> <tessera/v1/worker_link.grpc.pb.h>)
 set(services_targets ${plain_targets} tessera_services nlohmann_json::nlohmann_json)
 
-# What gcc's optimiser warns of: for what it inlines from a precompiled header it forgets that this is a system header, and
-# there it is often wrong. The preset `release` goes without precompiled headers and has these warnings as errors.
+# Warnings of gcc's optimiser: for what it inlines from a precompiled header it forgets that this is a system header,
+# and there it is often wrong. The preset `release` goes without precompiled headers and has these warnings as errors.
 set(unsure -Wno-array-bounds -Wno-dangling-pointer -Wno-free-nonheap-object -Wno-maybe-uninitialized
     -Wno-mismatched-new-delete -Wno-nonnull -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread -Wno-stringop-truncation
     -Wno-use-after-free)

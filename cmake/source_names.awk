@@ -65,7 +65,7 @@ function name_at_start(line) {
   if (line !~ /^[A-Za-z]/ || line ~ /^(namespace|static_assert|TEST)/ || !match(line, /[A-Za-z0-9_:]+ ?[=({;[]/)) return ""
   line = substr(line, RSTART, RLENGTH)
   gsub(/[^A-Za-z0-9_:]/, "", line)
-  return line ~ /:/ ? "" : line  # what is qualified is declared elsewhere
+  return line ~ /:/ ? "" : line  # a qualified name is declared elsewhere
 }
 
 # Whether the source that was read last can join a group.

@@ -15,12 +15,12 @@ input == 1 && match($0, /^  "command": "/) {
   sub(/ -o .*/, "", flags)
   sub(/^[^-]* -/, "-", flags)
   gsub(/-isystem /, "-isystem", flags)
-  gsub(/-Winvalid-pch|-fpch-preprocess|-include [^ ]*/, "", flags)  # what gcc precompiled is not for clang
+  gsub(/-Winvalid-pch|-fpch-preprocess|-include [^ ]*/, "", flags)  # a header that gcc precompiled is not for clang
   gsub(/\\\\/, "\001", flags)
   gsub(/\\/, "", flags)
   gsub(/\001/, "\\", flags)
 }
-# What games ship is compiled a second time, with a stand-in for Abseil: the stand-in's own test alone is checked so.
+# The library for games is compiled again, with a stand-in for Abseil; only the stand-in's own test is checked so.
 input == 1 && match($0, /^  "file": "/) {
   file = substr($0, RLENGTH + 1, length($0) - RLENGTH - 1)
   if (flags !~ /plain_abseil/ || file ~ /plain_abseil/) flags_of[file] = flags

@@ -13,7 +13,7 @@ name=$(readelf -d "$library" | sed -n 's/.*(SONAME).*\[\(.*\)\]/\1/p')
 strip --strip-unneeded -o "$folder/$name" "$library"
 cp "$license" "$folder/licences/tessera"
 
-# What stands beside it, by its own needs; those of every system stay where they are.
+# Copies the libraries that stand beside it, by its own needs; those of every system stay where they are.
 copy_needed() {
   ldd "$1" | awk '$2 == "=>" { print $1, $3 }' | while read -r needed path; do
     case $needed in

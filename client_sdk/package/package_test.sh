@@ -22,7 +22,7 @@ library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/li
 foreign=$(nm -D --defined-only "$library" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
 [[ -z $foreign ]] || fail "symbols that should be hidden: $foreign"
 
-# What the library wants of the system: what every program has, and what stands beside it (docs/sdk.md).
+# The library may need the system's libraries that every program has, and those that stand beside it (docs/sdk.md).
 allowed=' libc.so.6 libm.so.6 libstdc++.so.6 libgcc_s.so.1 ld-linux-x86-64.so.2 libenet.so.7 libsodium.so.23 libBulletCollision.so.3.24 libLinearMath.so.3.24 '
 for needed in $(readelf -d "$library" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p'); do
   [[ $allowed == *" $needed "* ]] || fail "$library needs $needed"

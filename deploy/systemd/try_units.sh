@@ -64,7 +64,7 @@ if [[ ! -e $ROOT/etc/debian_version ]]; then debootstrap --include=systemd,syste
 
 # in_root COMMAND...: in the container's system while it is not up, with this machine's network.
 in_root() { chroot "$ROOT" env -i DEBIAN_FRONTEND=noninteractive PATH=/usr/sbin:/usr/bin:/sbin:/bin "$@"; }
-# What an earlier run left; then the packages anew, and what they depend on.
+# Removes what an earlier run left; then the packages anew, and what they depend on.
 in_root dpkg --purge tessera-cli tessera-control tessera-agent tessera-gateway >"$APT_LOG" 2>&1
 rm -rf -- "$ROOT/root/.config/tessera" "$ROOT/etc/credstore/tessera.join-token" "$ROOT/packages"
 mkdir "$ROOT/packages"

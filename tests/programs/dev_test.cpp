@@ -63,5 +63,35 @@ esac)");
   EXPECT_THAT(calls, HasSubstr("tessera-desktop --control unix:/fake.sock"));
 }
 
+// The check of `./dev lint`. Its marks are put together here, so that it does not find them in this file.
+TEST_F(DevTest, CommentsThatNameNoSubjectAreFound) {
+  const std::string slashes = std::string("/") + "/ ", opened = std::string("/") + "* ";
+  std::ofstream(Path("bad.h")) << slashes << "What it is.\n"
+                               << "int a;\n"
+                               << "int b = 1;  " << slashes << "of a host\n"
+                               << slashes << "The\n"
+                               << slashes << "end. Who asks, knows.\n"
+                               << slashes << "Of all, the first.\n"
+                               << opened << "Whose it is. */\n"
+                               << "int c; " << opened << "whom it is for */\n";
+  std::ofstream(Path("bad.cmake")) << "set(a b)  # what is set\n";
+  std::ofstream(Path("good.h")) << slashes << "The number\n"
+                                << slashes << "of what is here: office, whole.\n"
+                                << "const char* url = \"http:" << slashes << "of\";\n"
+                                << opened << "The sum\n * of all. */\n"
+                                << "int whose, of;\n";
+  std::ofstream(Path("good.sh")) << "echo $# of \"# of\"\n";
+  const std::string check = "cd '" + folder_.path() + "' && awk -f " TESSERA_SOURCE_DIR "/cmake/comment_openings.awk ";
+
+  host::WatchedProgram all({"/bin/sh", "-c", check + "good.h bad.h good.sh bad.cmake"});
+  EXPECT_EQ(all.Wait().code, 1);
+  EXPECT_EQ(all.Output(),
+            "bad.h:1: the comment opens with \"What\"\nbad.h:3: the comment opens with \"of\"\n"
+            "bad.h:6: the comment opens with \"Of\"\nbad.h:7: the comment opens with \"Whose\"\n"
+            "bad.h:8: the comment opens with \"whom\"\nbad.cmake:1: the comment opens with \"what\"\n");
+  host::WatchedProgram good({"/bin/sh", "-c", check + "good.h good.sh"});
+  EXPECT_TRUE(good.Wait().Clean()) << good.Output();
+}
+
 }  // namespace
 }  // namespace tessera::programs
