@@ -183,7 +183,8 @@ int main(int argc, char** argv) {
   app.add_option("--recording-mb", flags.recording_mb, "largest size of one recording, megabytes")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  app.add_option("--recordings-mb", flags.recordings_mb, "of all in the folder; beyond it none is begun, megabytes")
+  app.add_option("--recordings-mb", flags.recordings_mb,
+                 "largest size of all in the folder; beyond it none is begun, megabytes")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
   app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
