@@ -93,5 +93,24 @@ TEST_F(DevTest, CommentsThatNameNoSubjectAreFound) {
   EXPECT_TRUE(good.Wait().Clean()) << good.Output();
 }
 
+// The check of `./dev lint`, too.
+TEST_F(DevTest, WideProseAndALongOverviewAreFound) {
+  const std::string wide(121, 'x'), fits(120, 'x');
+  std::ofstream(Path("wide.md")) << "# A page\n" << wide << "\n```sh\n" << wide << "\n```\n" << wide << "\n";
+  std::ofstream(Path("fits.md")) << fits << "\n| " << wide << " |\n```\n" << wide << "\n```\n";
+  std::ofstream overview(Path("architecture.md"));
+  for (int i = 0; i < 201; ++i) overview << "a line\n";
+  overview.close();
+  const std::string check = "cd '" + folder_.path() + "' && awk -f " TESSERA_SOURCE_DIR "/cmake/wide_documents.awk ";
+
+  host::WatchedProgram all({"/bin/sh", "-c", check + "fits.md wide.md architecture.md"});
+  EXPECT_EQ(all.Wait().code, 1);
+  EXPECT_EQ(all.Output(),
+            "wide.md:2: 121 columns; 120 fit\nwide.md:6: 121 columns; 120 fit\n"
+            "architecture.md:201: more than 200 lines\n");
+  host::WatchedProgram good({"/bin/sh", "-c", check + "fits.md"});
+  EXPECT_TRUE(good.Wait().Clean()) << good.Output();
+}
+
 }  // namespace
 }  // namespace tessera::programs
