@@ -19,8 +19,6 @@ void SimulatedWorker::Take(const v1::WorkerOrder& order) { core_.TakeOrder(order
 void SimulatedWorker::TakeLease(const v1::LeaseRenewal& renewal) { core_.TakeLease(renewal), GoOn(); }
 void SimulatedWorker::Stop() { core_.Stop("its agent ends it"), GoOn(); }
 
-// --- Time.
-
 void SimulatedWorker::WakeAt(worker::TimePoint time) {
   if (wake_ && *wake_ <= time) return;
   wake_ = time;
@@ -63,13 +61,10 @@ void SimulatedWorker::CarryOut() {
 // --- Links.
 
 void SimulatedWorker::Do(const worker::OpenPorts&) {
-  links_.Open(core_.links(), {.up =
-                                  [this](RegionId region, Incarnation life) {
-                                    core_.LinkUp(region, life, around_.Now());
-                                    GoOn();
-                                  },
-                              .down = [this](RegionId region) { core_.LinkDown(region); },
-                              .message = [this](RegionId from, const Bytes& bytes) { OnMessage(from, bytes); }});
+  const auto up = [this](RegionId region, Incarnation life) { core_.LinkUp(region, life, around_.Now()), GoOn(); };
+  const auto down = [this](RegionId region) { core_.LinkDown(region); };
+  const auto message = [this](RegionId from, const Bytes& bytes) { OnMessage(from, bytes); };
+  links_.Open(core_.links(), {.up = up, .down = down, .message = message});
 }
 
 void SimulatedWorker::OnMessage(RegionId from, const Bytes& bytes) {
@@ -98,9 +93,9 @@ void SimulatedWorker::Do(const worker::RequestGame& action) {
 }
 
 void SimulatedWorker::Do(const worker::RequestState& action) {
-  const auto file = around_.files.find(action.path);
-  if (file == around_.files.end()) return core_.StateLoaded(absl::NotFoundError(action.path), around_.Now());
-  core_.StateLoaded(file->second, around_.Now());
+  const bool there = around_.files.contains(action.path);
+  if (!there) return core_.StateLoaded(absl::NotFoundError(action.path), around_.Now());
+  core_.StateLoaded(around_.files.at(action.path), around_.Now());
 }
 
 void SimulatedWorker::Do(const worker::WriteCheckpoint& action) {
@@ -108,20 +103,18 @@ void SimulatedWorker::Do(const worker::WriteCheckpoint& action) {
   core_.CheckpointWritten(action.tick, absl::OkStatus());
 }
 
+void SimulatedWorker::Do(const worker::SendReport& action) { agent.Report(action.report); }
+void SimulatedWorker::Do(const worker::SendInventory& action) { agent.SetInventory(action.inventory); }
+void SimulatedWorker::Do(const worker::AskForLease& action) { agent.AskLease(action.request); }
+void SimulatedWorker::Do(const worker::PrintFailure& action) { around_.on_failure(*this, action.reason); }
+void SimulatedWorker::Do(const worker::Log& action) {
+  if (action.severity == worker::Severity::kError) around_.on_failure(*this, action.line);
+}
+
 void SimulatedWorker::Do(const worker::PublishStep& action) {
   const std::uint64_t before = std::exchange(failovers_, core_.run()->failover_figures().failovers);
   if (failovers_ != before && order().failover) around_.on_takeover(*this, *order().failover);
   around_.on_step(*this, action.result);
 }
-
-void SimulatedWorker::Do(const worker::SendReport& action) { agent.Report(action.report); }
-void SimulatedWorker::Do(const worker::SendInventory& action) { agent.SetInventory(action.inventory); }
-void SimulatedWorker::Do(const worker::AskForLease& action) { agent.AskLease(action.request); }
-
-void SimulatedWorker::Do(const worker::Log& action) {
-  if (action.severity == worker::Severity::kError) around_.on_failure(*this, action.line);
-}
-
-void SimulatedWorker::Do(const worker::PrintFailure& action) { around_.on_failure(*this, action.reason); }
 
 }  // namespace tessera::simulation
