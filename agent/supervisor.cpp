@@ -94,11 +94,9 @@ std::vector<OrderOutcome> Supervisor::Desired(const v1::DesiredSet& set, TimePoi
   std::set<WorkerKey> wanted;
   for (const v1::WorkerOrder& order : set.workers()) {
     const WorkerKey key{order.instance_id(), order.region(), order.incarnation()};
-    if (!wanted.insert(key).second) {
-      outcomes.push_back({key, order.revision(), "ignored: in the set twice"});
-    } else {
-      outcomes.push_back(Apply(key, order, now));
-    }
+    const bool twice = !wanted.insert(key).second;
+    outcomes.push_back(twice ? OrderOutcome{key, order.revision(), "ignored: in the set twice"}
+                             : Apply(key, order, now));
   }
   for (auto& [key, worker] : workers_) {
     if (wanted.contains(key) || worker.stopping != Stopping::kNo) continue;
