@@ -1,4 +1,4 @@
-// The C interface against a fake instance, and what it does with arguments that make no sense.
+// The C interface against a fake instance.
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -8,6 +8,7 @@
 #include <limits>
 #include <thread>
 
+#include "client_sdk/c_api/c_api_fixture.h"
 #include "client_sdk/fake_instance.h"
 #include "client_sdk/include/tessera/connect.hpp"
 #include "core/replication/datagram.h"
@@ -15,43 +16,6 @@
 
 namespace tessera::client {
 namespace {
-
-struct CApiTest : testing::Test {
-  void SetUp() override {
-    tessera_join_options options = TESSERA_JOIN_OPTIONS;
-    options.control_address = instance.address.c_str();
-    options.instance_id = FakeInstance::kId;
-    options.bind_address = "127.0.0.1";
-    ASSERT_EQ(tessera_join(&options, &client), TESSERA_OK) << tessera_last_error();
-  }
-  void TearDown() override { tessera_close(client); }
-  bool Until(const std::function<bool()>& done) {
-    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-    while (!done() && std::chrono::steady_clock::now() < limit) {
-      instance.Service();
-      EXPECT_EQ(tessera_poll(client, now), TESSERA_OK) << tessera_last_error();
-    }
-    return done();
-  }
-  void Play() {
-    ASSERT_TRUE(Until([&] { return tessera_get_state(client) == TESSERA_WAITING; }));
-    instance.regions[0]->Start(Tick(0));
-    ASSERT_TRUE(Until([&] { return tessera_get_state(client) == TESSERA_PLAYING; }));
-  }
-  void ShowTwo() {
-    BodyState state;
-    state.position = {1, 2, 3};
-    state.linear_velocity = {4, 0, 0};
-    const std::vector<replication::BodyRecord> bodies = {{BodyId(1), Epoch(1), state},
-                                                         {BodyId(tessera_own_body(client)), Epoch(1), state}};
-    instance.regions[0]->Snapshot(Tick(2), bodies);
-    ASSERT_TRUE(Until([&] { return tessera_tick(client) == 2; }));
-  }
-
-  FakeInstance instance{1};
-  tessera_client* client = nullptr;
-  std::int64_t now = std::int64_t{3600} * 1'000'000'000;
-};
 
 // As the scene declares them, as it gives them to a body, and as they are changed.
 TEST_F(CApiTest, ReadsPropertiesAndIsToldWhenTheyChange) {
@@ -219,97 +183,6 @@ TEST_F(CApiTest, JoinsPlaysSeesAndLeaves) {
 
   EXPECT_EQ(tessera_leave(client, 2000), TESSERA_OK);
   EXPECT_EQ(tessera_get_state(client), TESSERA_ENDED);
-}
-
-// A program built against an older header: its structs are shorter, and what lies behind them is not touched.
-TEST_F(CApiTest, KeepsWithinTheCallersStruct) {
-  Play();
-  ShowTwo();
-  constexpr std::size_t kOld = offsetof(tessera_body, linear_velocity);
-  struct Guarded {
-    unsigned char body[kOld];
-    unsigned char behind = 0xaa;
-  } guarded[3];
-  EXPECT_EQ(tessera_bodies(client, now, reinterpret_cast<tessera_body*>(guarded), kOld, 0), 2u);
-  std::vector<unsigned char> raw(kOld * 2 + 8, 0xaa);
-  EXPECT_EQ(tessera_bodies(client, now, reinterpret_cast<tessera_body*>(raw.data()), kOld, 2), 2u);
-  EXPECT_TRUE(std::all_of(raw.begin() + 2 * kOld, raw.end(), [](unsigned char c) { return c == 0xaa; }));
-  tessera_stats stats = TESSERA_STATS;
-  stats.size = offsetof(tessera_stats, bytes_out);
-  stats.bytes_out = 12345;
-  EXPECT_EQ(tessera_get_stats(client, &stats), TESSERA_OK);
-  EXPECT_GT(stats.bytes_in, 0u);
-  EXPECT_EQ(stats.bytes_out, 12345u);
-  EXPECT_EQ(stats.size, offsetof(tessera_stats, bytes_out));
-}
-
-// Sizes that nobody can have meant are refused by name, and nothing is written.
-TEST_F(CApiTest, RefusesSizesThatWereNotSet) {
-  Play();
-  ShowTwo();
-  const auto refuses = [](tessera_code code, const std::string& argument) {
-    EXPECT_EQ(code, TESSERA_INVALID_ARGUMENT) << argument;
-    EXPECT_EQ(std::string(tessera_last_error()).rfind(argument + ": has ", 0), 0u) << tessera_last_error();
-  };
-  for (const std::uint32_t size : {0u, 3u, 4u, 7u}) {
-    tessera_property property = TESSERA_PROPERTY;
-    property.size = size;
-    property.integer = 77;
-    refuses(tessera_get_property(client, 1, "health", &property), "property.size");
-    EXPECT_EQ(property.integer, 77);
-    tessera_body body = TESSERA_BODY;
-    body.size = size;
-    refuses(tessera_find_body(client, 1, &body), "body.size");
-    tessera_clock clock = TESSERA_CLOCK;
-    clock.size = size;
-    refuses(tessera_get_clock(client, &clock), "clock.size");
-    tessera_scene_info scene = TESSERA_SCENE_INFO;
-    scene.size = size;
-    refuses(tessera_get_scene(client, &scene), "scene.size");
-    tessera_body_info info = TESSERA_BODY_INFO;
-    info.size = size;
-    refuses(tessera_scene_body(client, 0, &info), "info.size");
-    refuses(tessera_body_of(client, 1, &info), "info.size");
-    tessera_body_info whole = TESSERA_BODY_INFO;
-    ASSERT_EQ(tessera_body_of(client, 1, &whole), TESSERA_OK);
-    tessera_shape_info shape = TESSERA_SHAPE_INFO;
-    shape.size = size;
-    refuses(tessera_get_shape(whole.shape, &shape), "info.size");
-    tessera_stats stats = TESSERA_STATS;
-    stats.size = size;
-    refuses(tessera_get_stats(client, &stats), "stats.size");
-    tessera_region_info region = TESSERA_REGION_INFO;
-    region.size = size;
-    refuses(tessera_region_stats(client, 0, &region), "info.size");
-    tessera_network network = TESSERA_NETWORK;
-    network.size = size;
-    refuses(tessera_simulate_network(client, &network), "network.size");
-    tessera_game_event_field field = TESSERA_GAME_EVENT_FIELD;
-    field.size = size;
-    refuses(tessera_game_event_field_at(client, 0, &field), "field.size");
-    tessera_join_options options = TESSERA_JOIN_OPTIONS;
-    options.size = size;
-    tessera_client* none = nullptr;
-    refuses(tessera_join(&options, &none), "options.size");
-    EXPECT_EQ(none, nullptr);
-    tessera_steering steering = TESSERA_STEERING;
-    steering.size = size;
-    EXPECT_EQ(tessera_steer(client, &steering), 0u);
-    EXPECT_EQ(std::string(tessera_last_error()).rfind("steering.size: has ", 0), 0u);
-    std::size_t count = 0;
-    tessera_instance_info listed = TESSERA_INSTANCE_INFO;
-    refuses(tessera_list_instances(instance.address.c_str(), 1000, &listed, size, 1, &count), "stride");
-    tessera_event event = TESSERA_EVENT;
-    event.size = size;
-    EXPECT_EQ(tessera_next_event(client, &event), 0);
-    EXPECT_EQ(std::string(tessera_last_error()).rfind("event.size: has ", 0), 0u);
-  }
-  tessera_event event = TESSERA_EVENT;
-  EXPECT_EQ(tessera_next_event(client, &event), 1) << "what was refused has taken nothing away";
-  tessera_body bodies[2] = {TESSERA_BODY, TESSERA_BODY};
-  EXPECT_EQ(tessera_bodies(client, now, bodies, 8, 2), 0u);
-  EXPECT_STREQ(tessera_last_error(), "stride: has 8 bytes, at least 40; the TESSERA_... initialisers set it");
-  EXPECT_EQ(bodies[0].id, 0u);
 }
 
 TEST_F(CApiTest, WhatOverlapsAtJoiningHasNotJustEntered) {
@@ -519,38 +392,6 @@ TEST_F(CApiTest, TellsTheSceneAndItsShapes) {
   EXPECT_EQ(own.dynamic, 1);
   EXPECT_EQ(tessera_scene_body(client, scene.body_count, &own), TESSERA_INVALID_ARGUMENT);
   EXPECT_EQ(tessera_body_of(client, 4'000'000'000u, &own), TESSERA_NOT_FOUND);
-}
-
-TEST(CApi, RefusesWhatMakesNoSense) {
-  EXPECT_EQ(tessera_join(nullptr, nullptr), TESSERA_INVALID_ARGUMENT);
-  tessera_client* client = nullptr;
-  tessera_join_options options = TESSERA_JOIN_OPTIONS;
-  EXPECT_EQ(tessera_join(&options, &client), TESSERA_INVALID_ARGUMENT);
-  EXPECT_STREQ(tessera_last_error(), "options.instance_id: is NULL");
-  options.returning_size = TESSERA_MAX_TOKEN + 1;
-  options.control_address = "unix:/nowhere/control.sock";
-  options.instance_id = "plaza-1";
-  EXPECT_EQ(tessera_join(&options, &client), TESSERA_INVALID_ARGUMENT);
-  options.returning_size = 1;
-  EXPECT_EQ(tessera_join(&options, &client), TESSERA_INVALID_ARGUMENT);
-  EXPECT_STREQ(tessera_last_error(), "options.returning: is NULL");
-  options.returning_size = 0;
-  options.deadline_ms = 500;
-  EXPECT_EQ(tessera_join(&options, &client), TESSERA_UNAVAILABLE);
-  EXPECT_EQ(client, nullptr);
-  EXPECT_EQ(tessera_poll(nullptr, 0), TESSERA_INVALID_ARGUMENT);
-  EXPECT_EQ(tessera_bodies(nullptr, 0, nullptr, 0, 0), 0u);
-  EXPECT_EQ(tessera_move(nullptr, nullptr, nullptr), 0u);
-  EXPECT_EQ(tessera_steer(nullptr, nullptr), 0u);
-  EXPECT_STREQ(tessera_last_error(), "client or steering: is NULL");
-  EXPECT_EQ(tessera_get_state(nullptr), TESSERA_ENDED);
-  tessera_close(nullptr);
-}
-
-TEST(CApi, ErrorsAreEachThreadsOwn) {
-  tessera_poll(nullptr, 0);
-  std::thread([] { EXPECT_STREQ(tessera_last_error(), ""); }).join();
-  EXPECT_STREQ(tessera_last_error(), "client: is NULL");
 }
 
 TEST(CppApi, IsTheSameClient) {
