@@ -1,170 +1,26 @@
-// The control plane through its sockets: gRPC clients, an agent whose workers are played, HTTP pages' content.
+// The control plane through its sockets: gRPC clients, an agent whose workers are played.
 #include "control_plane/grpc_server.h"
 
 #include <gmock/gmock.h>
-#include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
-#include <sodium.h>
 
+#include <chrono>
+#include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
-#include "control_plane/http_pages.h"
 #include "control_plane/memory_store.h"
 #include "control_plane/sqlite_store.h"
-#include "control_plane/testing/fake_workers.h"
-#include "core/world/scene_io.h"
-#include "host/temporary_folder.h"
+#include "control_plane/testing/grpc_server_fixture.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/testing/captured_log.h"
-#include "tessera/v1/agent_link.grpc.pb.h"
-#include "tessera/v1/host.grpc.pb.h"
-#include "tessera/v1/instance.grpc.pb.h"
-#include "tessera/v1/session.grpc.pb.h"
 
 namespace tessera::control {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-// Far beyond what anything here takes: a hang fails the test, a slow machine does not.
-constexpr std::chrono::seconds kPatience{30};
-
-struct Context {
-  grpc::ClientContext context;
-  Context() { context.set_deadline(std::chrono::system_clock::now() + kPatience); }
-  grpc::ClientContext* operator&() { return &context; }
-};
-
-// An agent over a real stream.
-class StreamAgent {
- public:
-  StreamAgent(const std::shared_ptr<grpc::Channel>& channel, const v1::AgentHello& hello)
-      : stub_(v1::AgentLinkService::NewStub(channel)), stream_(stub_->Attach(&context_)) {
-    v1::AgentMessage first;
-    *first.mutable_hello() = hello;
-    stream_->Write(first);
-    v1::ControlMessage answer;
-    if (stream_->Read(&answer)) admitted = answer.admitted();
-  }
-  ~StreamAgent() {
-    context_.TryCancel();
-    if (thread_.joinable()) thread_.join();
-  }
-  // Acts on what comes until the stream ends.
-  void Play() {
-    thread_ = std::thread([this] {
-      v1::ControlMessage message;
-      while (stream_->Read(&message)) {
-        std::vector<v1::AgentMessage> out = fake.Apply(message.desired());
-        out.push_back(fake.Heartbeat());
-        for (const v1::AgentMessage& m : out) stream_->Write(m);
-      }
-    });
-  }
-  grpc::Status Finish() { return stream_->Finish(); }
-
-  FakeWorkers fake;
-  v1::Admitted admitted;
-
- private:
-  grpc::ClientContext context_;
-  std::unique_ptr<v1::AgentLinkService::Stub> stub_;
-  std::unique_ptr<grpc::ClientReaderWriter<v1::AgentMessage, v1::ControlMessage>> stream_;
-  std::thread thread_;
-};
-
-v1::Scene TestScene() {
-  const auto scene = ParseScene(R"(
-      name: "table"
-      bounds { min { x: -50 y: -10 z: -50 } max { x: 50 y: 50 z: 50 } }
-      bodies { id: 1 motion: MOTION_STATIC shape { box { half_extents { x: 40 y: 1 z: 40 } } } }
-      bodies { id: 2 mass: 1 shape { sphere { radius: 0.5 } } pose { position { y: 5 } } }
-      player {
-        body { mass: 1 shape { sphere { radius: 0.5 } } }
-        spawn_points { x: 10 y: 2 z: 10 }
-        max_force: 10
-        max_speed: 5
-      })",
-                                "test");
-  EXPECT_TRUE(scene.ok()) << scene.status();
-  return *scene;
-}
-
-class GrpcServerTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_GE(sodium_init(), 0);
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
-    store_ = *SqliteStore::Open(folder_.path() + "/control.db");
-    auto cluster = Cluster::Load(*store_, {}, SystemRandomBytes, now);
-    ASSERT_TRUE(cluster.ok()) << cluster.status();
-    plane_ = std::make_unique<ControlPlane>(*store_, *std::move(cluster));
-    auto server = GrpcServer::Start({.socket = folder_.path() + "/control.sock", .operators = {}, .players = {}},
-                                    std::nullopt, *plane_, metrics_);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-    channel_ = grpc::CreateChannel(server_->socket(), grpc::InsecureChannelCredentials());
-    hosts_ = v1::HostService::NewStub(channel_);
-    instances_ = v1::InstanceService::NewStub(channel_);
-    sessions_ = v1::SessionService::NewStub(channel_);
-  }
-  void TearDown() override {
-    agent_.reset();
-    if (plane_) plane_->Stop();
-    server_.reset();
-    plane_.reset();
-    store_.reset();
-  }
-
-  void AddAgent() {
-    v1::AddHostRequest add;
-    add.set_name("alpha");
-    v1::AddHostResponse added;
-    ASSERT_TRUE(hosts_->AddHost(&Context(), add, &added).ok());
-    hello_.set_join_token(added.join_token());
-    hello_.set_advertise_address("127.0.0.1");
-    hello_.set_metrics_port(9100);
-    hello_.mutable_resources()->set_region_capacity(4);
-    agent_ = std::make_unique<StreamAgent>(channel_, hello_);
-    ASSERT_EQ(agent_->admitted.host_name(), "alpha");
-  }
-  v1::CreateInstanceRequest CreateRequest(std::uint32_t regions) {
-    v1::CreateInstanceRequest request;
-    *request.mutable_spec()->mutable_scene() = TestScene();
-    request.mutable_spec()->set_regions(regions);
-    return request;
-  }
-  // Watches until `state` or the end; the states seen, each once in a row.
-  std::vector<v1::InstanceState> WatchUntil(const std::string& id, v1::InstanceState state, v1::Instance* last) {
-    Context context;
-    v1::WatchInstanceRequest request;
-    request.set_id(id);
-    const auto reader = instances_->WatchInstance(&context, request);
-    v1::WatchInstanceResponse response;
-    std::vector<v1::InstanceState> seen;
-    while (reader->Read(&response)) {
-      *last = response.instance();
-      if (seen.empty() || seen.back() != last->state()) seen.push_back(last->state());
-      if (last->state() == state) break;
-    }
-    context.context.TryCancel();
-    return seen;
-  }
-
-  host::TemporaryFolder folder_;
-  std::unique_ptr<SqliteStore> store_;
-  ControlMetrics metrics_;
-  std::unique_ptr<ControlPlane> plane_;
-  std::unique_ptr<GrpcServer> server_;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<v1::HostService::Stub> hosts_;
-  std::unique_ptr<v1::InstanceService::Stub> instances_;
-  std::unique_ptr<v1::SessionService::Stub> sessions_;
-  v1::AgentHello hello_;
-  std::unique_ptr<StreamAgent> agent_;
-};
 
 TEST_F(GrpcServerTest, LeadsAWorldFromCreateToEnd) {
   AddAgent();
@@ -467,100 +323,6 @@ TEST_F(GrpcServerTest, APortInUseIsNamed) {
   for (const char* wrong : {"127.0.0.1", ":80", "127.0.0.1:port", "127.0.0.1:65536", "::1:80"}) {
     EXPECT_EQ(start(wrong).status().code(), absl::StatusCode::kInvalidArgument) << wrong;
   }
-}
-
-// The bytes of one answer to `request` by a method whose messages are not among ours.
-std::string CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                    const std::string& request) {
-  grpc::GenericStub stub(channel);
-  grpc::CompletionQueue queue;
-  Context context;
-  const auto call = stub.PrepareCall(&context, method, &queue);
-  const auto done = [&queue] {
-    void* tag = nullptr;
-    bool ok = false;
-    return queue.Next(&tag, &ok) && ok;
-  };
-  call->StartCall(nullptr);
-  if (!done()) return "not started";
-  const grpc::Slice slice(request);
-  call->WriteLast(grpc::ByteBuffer(&slice, 1), {}, nullptr);
-  if (!done()) return "not written";
-  grpc::ByteBuffer answer;
-  call->Read(&answer, nullptr);
-  std::string bytes;
-  if (done()) {
-    std::vector<grpc::Slice> slices;
-    answer.Dump(&slices);
-    for (const grpc::Slice& part : slices) bytes.append(reinterpret_cast<const char*>(part.begin()), part.size());
-  }
-  grpc::Status status;
-  call->Finish(&status, nullptr);
-  done();
-  return bytes;
-}
-
-TEST_F(GrpcServerTest, TellsThatEachServiceServes) {
-  for (const std::string service : {"", "tessera.v1.HostService", "tessera.v1.InstanceService",
-                                    "tessera.v1.SessionService", "tessera.v1.AgentLinkService"}) {
-    // HealthCheckRequest.service is field 1; HealthCheckResponse.status is field 1, and SERVING is 1.
-    const std::string request =
-        service.empty() ? "" : std::string("\x0a") + static_cast<char>(service.size()) + service;
-    EXPECT_EQ(CallRaw(channel_, "/grpc.health.v1.Health/Check", request), "\x08\x01") << service;
-  }
-}
-
-TEST_F(GrpcServerTest, ReflectionListsTheServices) {
-  // ServerReflectionRequest.list_services is field 7, a string.
-  const std::string listed =
-      CallRaw(channel_, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", std::string("\x3a\x01*"));
-  for (const char* service : {"HostService", "InstanceService", "SessionService", "AgentLinkService"}) {
-    EXPECT_THAT(listed, HasSubstr(std::string("tessera.v1.") + service));
-  }
-}
-
-TEST_F(GrpcServerTest, ServiceDiscoveryListsEveryProcess) {
-  AddAgent();
-  agent_->Play();
-  v1::CreateInstanceResponse created;
-  ASSERT_TRUE(instances_->CreateInstance(&Context(), CreateRequest(1), &created).ok());
-  v1::Instance instance;
-  WatchUntil(created.instance().id(), v1::INSTANCE_STATE_RUNNING, &instance);
-  const auto targets = plane_->Call([](Cluster& cluster, Now) { return ScrapeTargets(cluster.state()); });
-  const std::string port = std::to_string(instance.region_status(0).report().address().metrics_port());
-  EXPECT_EQ(
-      ScrapeTargetsJson(targets, "127.0.0.1:7701"),
-      R"([{"labels":{"component":"control"},"targets":["127.0.0.1:7701"]},)"
-      R"({"labels":{"component":"agent","host":"alpha"},"targets":["127.0.0.1:9100"]},)"
-      R"({"labels":{"component":"region","host":"alpha","instance_id":"inst-1","region":"1"},"targets":["127.0.0.1:)" +
-          port + R"("]}])");
-}
-
-TEST_F(GrpcServerTest, MetricsAreThereFromTheStartAndCount) {
-  const auto counter = [this](const std::string& family, const std::string& label) {
-    for (const prometheus::MetricFamily& collected : metrics_.registry()->Collect()) {
-      for (const prometheus::ClientMetric& metric : collected.metric) {
-        if (collected.name != family || metric.label.at(0).value != label) continue;
-        return collected.type == prometheus::MetricType::Histogram ? static_cast<double>(metric.histogram.sample_count)
-                                                                   : metric.counter.value;
-      }
-    }
-    return -1.0;
-  };
-  EXPECT_EQ(counter("tessera_control_placements_total", "placed"), 0);
-  EXPECT_EQ(counter("tessera_control_sessions_total", "refused"), 0);
-  EXPECT_EQ(counter("tessera_control_rpc_seconds", "InstanceService/CreateInstance"), 0);
-  AddAgent();
-  v1::CreateInstanceResponse created;
-  ASSERT_TRUE(instances_->CreateInstance(&Context(), CreateRequest(2), &created).ok());
-  EXPECT_EQ(instances_->CreateInstance(&Context(), CreateRequest(3), &created).error_code(),
-            grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_EQ(counter("tessera_control_placements_total", "placed"), 1);
-  EXPECT_EQ(counter("tessera_control_placements_total", "no_room"), 1);
-  EXPECT_EQ(counter("tessera_control_rpc_seconds", "InstanceService/CreateInstance"), 2);
-  const ClusterSummary summary = plane_->Call([](Cluster& cluster, Now) { return Summarise(cluster.state()); });
-  EXPECT_EQ(summary.hosts.at(v1::HOST_STATE_READY), 1);
-  EXPECT_EQ(summary.instances.at(v1::INSTANCE_STATE_STARTING), 1);
 }
 
 }  // namespace
