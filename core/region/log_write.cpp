@@ -142,6 +142,51 @@ std::vector<StateBody> StateBodiesOf(const std::vector<const OwnedBody*>& entiti
   return bodies;
 }
 
+// The bodies that differ from those of the last tick in the log.
+struct BodyChanges {
+  struct Changed {
+    std::size_t body;
+    const StateBody* base;  // null: the last tick did not have it
+  };
+  std::vector<Changed> changed;
+  std::vector<BodyId> gone;
+  bool more = false;  // some were not in the last tick
+};
+
+BodyChanges ChangesOf(const std::vector<const OwnedBody*>& entities, const std::vector<StateBody>& last) {
+  BodyChanges changes;
+  auto before = last.begin();
+  for (std::size_t i = 0; i < entities.size(); ++i) {
+    const OwnedBody& body = *entities[i];
+    const BodyId id = body.def->id;
+    for (; before != last.end() && before->id < id; ++before) changes.gone.push_back(before->id);
+    if (before == last.end() || before->id != id) {
+      changes.changed.push_back({i, nullptr});
+      changes.more = true;
+      continue;
+    }
+    if (before->epoch != body.epoch || !SameBits(before->state, body.state)) changes.changed.push_back({i, &*before});
+    ++before;
+  }
+  for (; before != last.end(); ++before) changes.gone.push_back(before->id);
+  return changes;
+}
+
+void WriteBodies(ByteWriter& out, const BodyChanges& changes, const std::vector<const OwnedBody*>& entities,
+                 double tick_s) {
+  WriteIds(out, changes.gone);
+  out.Varint(changes.changed.size());
+  std::uint64_t last = 0;
+  for (const BodyChanges::Changed& change : changes.changed) {
+    const OwnedBody& body = *entities[change.body];
+    out.Varint(body.def->id.value() - last);
+    last = body.def->id.value();
+    const bool same_epoch = change.base != nullptr && change.base->epoch == body.epoch;
+    out.Varint(same_epoch ? 0 : body.epoch.value());
+    WriteState(out, body.state, change.base == nullptr ? nullptr : &change.base->state, tick_s);
+  }
+}
+
 Bytes Sealed(ByteWriter& out) {
   out.U64(LogChecksum(out.bytes()));
   return out.Take();
@@ -204,44 +249,14 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
 }
 
 Bytes LogWriter::WriteChanges(const LogView& now) {
-  struct ChangedBody {
-    std::size_t body;
-    const StateBody* base;
-  };
-  std::vector<ChangedBody> changed;
-  std::vector<BodyId> gone;
-  bool more = false;
   const std::vector<const OwnedBody*> entities = EntitiesOf(now);
-  auto before = last_.bodies.begin();
-  for (std::size_t i = 0; i < entities.size(); ++i) {
-    const OwnedBody& body = *entities[i];
-    const BodyId id = body.def->id;
-    for (; before != last_.bodies.end() && before->id < id; ++before) gone.push_back(before->id);
-    if (before == last_.bodies.end() || before->id != id) {
-      changed.push_back({i, nullptr});
-      more = true;
-      continue;
-    }
-    if (before->epoch != body.epoch || !SameBits(before->state, body.state)) changed.push_back({i, &*before});
-    ++before;
-  }
-  for (; before != last_.bodies.end(); ++before) gone.push_back(before->id);
+  const BodyChanges changes = ChangesOf(entities, last_.bodies);
 
   ByteWriter out;
-  out.Reserve(kMessageRoom + changed.size() * (kMaxStateBytes + 16));
+  out.Reserve(kMessageRoom + changes.changed.size() * (kMaxStateBytes + 16));
   WriteHeader(out, kChanges, now.region, now.incarnation, now.tick);
   out.Varint(last_.tick.value());
-  WriteIds(out, gone);
-  out.Varint(changed.size());
-  std::uint64_t last = 0;
-  for (const ChangedBody& change : changed) {
-    const OwnedBody& body = *entities[change.body];
-    out.Varint(body.def->id.value() - last);
-    last = body.def->id.value();
-    const bool same_epoch = change.base != nullptr && change.base->epoch == body.epoch;
-    out.Varint(same_epoch ? 0 : body.epoch.value());
-    WriteState(out, body.state, change.base == nullptr ? nullptr : &change.base->state, tick_s_);
-  }
+  WriteBodies(out, changes, entities, tick_s_);
   WriteControls(out, now.controls, &last_.controls);
   std::vector<PlayerNumber> spawned;
   std::set_difference(now.spawned.begin(), now.spawned.end(), last_.spawned.begin(), last_.spawned.end(),
@@ -251,7 +266,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   for (const PairChange& change : now.pair_changes) WritePair(out, change.pair, change.begun);
   WriteGrants(out, *now.grants, last_.grants);
   out.Varint(now.records.size());
-  last = 0;
+  std::uint64_t last = 0;
   for (const KeptRecord& entry : now.records) {
     out.Varint(entry.body.value() - last);
     last = entry.body.value();
@@ -266,10 +281,10 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   if (host) game::Write(out, now.host);
 
   last_.tick = now.tick;
-  if (more || !gone.empty()) {
+  if (changes.more || !changes.gone.empty()) {
     last_.bodies = StateBodiesOf(entities);
   } else {
-    for (const ChangedBody& change : changed) {
+    for (const BodyChanges::Changed& change : changes.changed) {
       StateBody& base = last_.bodies[change.body];
       base.epoch = entities[change.body]->epoch;
       base.state = entities[change.body]->state;
