@@ -25,6 +25,25 @@ function name_in(text) {
   return text
 }
 
+# Sources that say "using namespace" of a nested one look for its names in the one around it, too.
+BEGIN {
+  for (i = 1; i < ARGC; ++i) {
+    outer_space = ""
+    while ((getline line < ARGV[i]) > 0) {
+      if (line ~ /^namespace [A-Za-z0-9_:]+ \{/ && outer_space == "") {
+        outer_space = line
+        sub(/^namespace /, "", outer_space)
+        sub(/ .*/, "", outer_space)
+      }
+      if (ARGV[i] !~ /_test\.cpp$/ && line ~ /^using namespace [a-z_]+;/) {
+        sub(/^using namespace /, "", line)
+        sub(/;.*/, "", line)
+        used[outer_space "::" line] = outer_space
+      }
+    }
+    close(ARGV[i])
+  }
+}
 FNR == 1 { space = ""; anonymous = 0; header = FILENAME ~ /\.h$/ }
 /^namespace [A-Za-z0-9_:]+ \{/ && space == "" { space = $2 }
 /^namespace \{/ { anonymous = 1 }
@@ -34,6 +53,7 @@ FNR == 1 { space = ""; anonymous = 0; header = FILENAME ~ /\.h$/ }
   for (i = 1; i <= count; ++i) {
     if (header) {
       declared[space, name[i]] = FILENAME
+      if (space in used) declared[used[space], name[i]] = FILENAME
       continue
     }
     for (outer = space; outer != ""; sub(/(::)?[A-Za-z0-9_]+$/, "", outer)) {

@@ -189,7 +189,7 @@ absl::StatusOr<LogHeader> ReadLogHeader(ByteReader& in) {
   if (kind == kChanges) header.base = Tick(in.Varint());
   if (!in.ok()) return absl::DataLossError(in.error());
   if (magic_a != kMagic[0] || magic_b != kMagic[1]) return Bad("not a region's state or log");
-  if (format != kFormat) return Bad(absl::StrCat("format ", format, ", here it is ", kFormat));
+  if (format != kLogFormat) return Bad(absl::StrCat("format ", format, ", here it is ", kLogFormat));
   if (kind != kWhole && kind != kChanges) return Bad("neither a state nor changes");
   return header;
 }

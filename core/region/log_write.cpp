@@ -17,7 +17,7 @@ constexpr std::size_t kMessageRoom = 1024;  // bytes that a message mostly needs
 void WriteHeader(ByteWriter& out, std::uint8_t kind, RegionId region, Incarnation incarnation, Tick tick) {
   out.U8(kMagic[0]);
   out.U8(kMagic[1]);
-  out.U8(kFormat);
+  out.U8(kLogFormat);
   out.U8(kind);
   out.Varint(region.value());
   out.Varint(incarnation.value());
