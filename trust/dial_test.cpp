@@ -91,6 +91,68 @@ TEST_F(DialTest, OfSeveralTheOneThatServesIsFound) {
               ::testing::HasSubstr("127.0.0.1:" + std::to_string(follower_port) + ": follows"));
 }
 
+// Says who it is.
+class NamedMember final : public v1::HostService::Service {
+ public:
+  NamedMember(const KeyedCertificate& authority, const std::string& name) : name_(name) {
+    const KeyedCertificate own = *IssueServer(authority, "12");
+    grpc::SslServerCredentialsOptions options;
+    options.pem_key_cert_pairs.push_back({own.key, own.certificate + authority.certificate});
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::SslServerCredentials(options), &port_);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+  }
+  ~NamedMember() override { server_->Shutdown(std::chrono::system_clock::now()); }
+  void Serve(bool serves) { server_->GetHealthCheckService()->SetServingStatus(serves); }
+  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+  grpc::Status ListHosts(grpc::ServerContext*, const v1::ListHostsRequest*, v1::ListHostsResponse* response) override {
+    response->add_hosts()->set_name(name_);
+    return grpc::Status::OK;
+  }
+
+ private:
+  const std::string name_;
+  int port_ = 0;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+// Empty: the call failed.
+std::string WhoAnswers(const std::shared_ptr<grpc::Channel>& channel) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + 10s);
+  v1::ListHostsResponse response;
+  const grpc::Status status = v1::HostService::NewStub(channel)->ListHosts(&context, {}, &response);
+  return status.ok() ? response.hosts(0).name() : "";
+}
+
+TEST_F(DialTest, OneChannelFollowsTheLeader) {
+  NamedMember first(authority_, "first"), second(authority_, "second");
+  second.Serve(false);
+  const auto channel = Dial(first.address() + "#" + fingerprint_ + "," + second.address() + "#" + fingerprint_);
+  ASSERT_TRUE(channel.ok()) << channel.status();
+  const auto until = [&](const std::string& name) {
+    const auto end = std::chrono::steady_clock::now() + 30s;
+    std::string answered;
+    while (answered != name && std::chrono::steady_clock::now() < end) answered = WhoAnswers(*channel);
+    return answered;
+  };
+  EXPECT_EQ(until("first"), "first");
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(WhoAnswers(*channel), "first") << "who follows gets no calls";
+  first.Serve(false);
+  EXPECT_EQ(until(""), "") << "while nobody leads calls fail";
+  second.Serve(true);
+  EXPECT_EQ(until("second"), "second");
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(WhoAnswers(*channel), "second");
+}
+
+TEST_F(DialTest, SeveralOfDifferentAuthoritiesAreRefused) {
+  const auto channel = Dial(address_ + "#" + fingerprint_ + ",127.0.0.1:1#" + std::string(64, 'a'));
+  EXPECT_EQ(channel.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(channel.status().message()), ::testing::HasSubstr("the same fingerprint for each"));
+}
+
 TEST_F(DialTest, WhoKnowsTheAuthorityOrItsFingerprintConnects) {
   EXPECT_TRUE(Connects(
       Dial(address_, {.authority = authority_.certificate, .certificate = {}, .key = {}, .bearer_token = {}})));
