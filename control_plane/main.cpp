@@ -18,6 +18,7 @@
 #include "control_plane/candidate.h"
 #include "control_plane/control_metrics.h"
 #include "control_plane/doors.h"
+#include "control_plane/etcd_restore.h"
 #include "control_plane/grpc_server.h"
 #include "control_plane/http_pages.h"
 #include "control_plane/reign.h"
@@ -89,22 +90,29 @@ absl::Status AnnounceReady(const ControlFlags& flags, const GrpcDoors& doors, co
   return absl::OkStatus();
 }
 
+absl::StatusOr<RestoreReport> RestoreIntoFile(const ControlFlags& flags, const std::string& backup) {
+  const auto store = SqliteStore::Open(flags.state_dir + "/control.db");
+  if (!store.ok()) return store.status();
+  return RestoreBackup(backup, **store);
+}
+
+absl::StatusOr<RestoreReport> RestoreIntoEtcd(const ControlFlags& flags, const std::string& backup) {
+  ForwardGrpcLog();
+  const auto client = ConnectStore(flags.store);
+  if (!client.ok()) return client.status();
+  return RestoreIntoEtcd(**client, flags.store.etcd->prefix, flags.store.self, backup);
+}
+
 // Fills the empty store from a backup, and says what it holds. The seal of the backup's control plane must be there, or
 // the doors that speak TLS could not be opened.
 absl::Status Restore(const ControlFlags& flags) {
-  if (flags.store.etcd) {
-    return absl::InvalidArgumentError(
-        "--restore: etcd keeps what it has by itself; a backup goes into a store of SQLite");
-  }
   const auto file = host::ReadFile(flags.restore, kMaxBackupBytes);
   if (!file.ok()) return absl::UnavailableError("--restore: " + std::string(file.status().message()));
   if (absl::Status status = host::MakePrivateFolder(flags.state_dir); !status.ok()) {
     return absl::UnavailableError("--state-dir " + std::string(status.message()));
   }
   umask(077);
-  const auto store = SqliteStore::Open(flags.state_dir + "/control.db");
-  if (!store.ok()) return store.status();
-  const auto report = RestoreBackup(*file, **store);
+  const auto report = flags.store.etcd ? RestoreIntoEtcd(flags, *file) : RestoreIntoFile(flags, *file);
   if (!report.ok()) return report.status();
   const std::string seal = flags.state_dir + "/seal.key";
   std::printf(
@@ -281,7 +289,8 @@ int main(int argc, char** argv) {
       "folder of the checkpoints; default checkpoints in the state folder; of several control planes one that "
       "all share");
   control::AddStoreOptions(app, flags.store);
-  app.add_option("--restore", flags.restore, "file of `tessera cluster backup`: fill the empty store from it, and end");
+  app.add_option("--restore", flags.restore,
+                 "file of `tessera cluster backup`: fill the empty store from it, SQLite or etcd, and end");
   app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
   control::AddSpan(app, "--lost-after", flags.settings.lost_after, control::kLeastLostAfter,
                    "seconds of silence after which a host counts as lost, at least 1");
