@@ -7,6 +7,7 @@
 #include <chrono>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "absl/strings/ascii.h"
@@ -145,24 +146,30 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Dial(const std::string& text, con
   // A connection of our own: what is known of a member that was away when another channel asked does not count.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   std::vector<Asked> members;
-  ControlAddress named = addresses->front();  // with the fingerprint, if any has one
+  std::string fingerprint;
+  std::optional<ControlAddress> known;  // one of those whose authority is at hand
   for (const ControlAddress& address : *addresses) {
     const auto patience = kFindLeaderPatience / static_cast<int>(addresses->size());
-    if (named.fingerprint.empty()) named.fingerprint = address.fingerprint;
-    if (!address.fingerprint.empty() && address.fingerprint != named.fingerprint) {
+    if (fingerprint.empty()) fingerprint = address.fingerprint;
+    if (!address.fingerprint.empty() && address.fingerprint != fingerprint) {
       return absl::InvalidArgumentError(absl::StrCat(
           "\"", text, "\": control planes of one cluster have one authority; name the same fingerprint for each"));
     }
     auto channel = DialOne(address, credentials, arguments, patience);
     // A list that is wrong is wrong whoever leads.
     if (!channel.ok() && !absl::IsUnavailable(channel.status())) return channel.status();
+    if (channel.ok()) known = address;
     members.push_back({address.target(), std::move(channel)});
   }
-  // Who cannot be reached is named, and so is that nobody leads: of that the channel to all says nothing.
-  auto leader = FindLeader(members);
-  if (!leader.ok()) return leader.status();
   const std::string target = TargetOfAll(*addresses);
-  return target.empty() ? *leader : DialWhoServes(target, named, credentials, arguments);
+  if (target.empty() || !known) return FindLeader(members);
+  auto channel = DialWhoServes(target, *known, credentials, arguments);
+  if (!channel.ok()) return channel.status();
+  if ((*channel)->WaitForConnected(std::chrono::system_clock::now() + kFindLeaderPatience)) return channel;
+  // The channel to all does not say why, nor who cannot be reached.
+  const auto leader = FindLeader(members);
+  if (!leader.ok()) return leader.status();
+  return channel;
 }
 
 }  // namespace tessera::trust

@@ -29,7 +29,7 @@ namespace tessera::trust {
 
 // Errors: INVALID_ARGUMENT (address, token), UNAVAILABLE and UNAUTHENTICATED as FetchAuthority's, FAILED_PRECONDITION:
 // nothing says whom to trust at a TCP address. For a list also UNAVAILABLE: "no control plane of ... leads: ...", at
-// most kFindLeaderPatience later.
+// most twice kFindLeaderPatience later.
 absl::StatusOr<std::shared_ptr<grpc::Channel>> Dial(const std::string& address, const Credentials& credentials = {},
                                                     grpc::ChannelArguments arguments = {});
 

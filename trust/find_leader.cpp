@@ -3,8 +3,6 @@
 #include <grpcpp/generic/generic_stub.h>
 
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -17,41 +15,17 @@ constexpr char kHealthMethod[] = "/grpc.health.v1.Health/Check";
 // HealthCheckResponse on the wire: field 1, `status`, is SERVING.
 constexpr std::string_view kServing("\x08\x01", 2);
 
-// Answers of all members, in any order, on threads of gRPC.
-struct Answers {
-  std::mutex mutex;
-  std::condition_variable came;
-  std::size_t open = 0;
-  std::shared_ptr<grpc::Channel> leader;
-  std::vector<std::string> reasons;
-
-  void Take(const Asked& member, const std::string& reason) {
-    const std::lock_guard lock(mutex);
-    --open;
-    if (!reason.empty()) {
-      reasons.push_back(absl::StrCat(member.name, ": ", reason));
-    } else if (!leader) {
-      leader = *member.channel;
-    }
-    came.notify_all();
-  }
-};
-
-// Ends itself. It holds the answers, which may outlive the one who asked.
+// One member is asked. It lives until its answer was taken from the queue.
 struct HealthCall {
-  HealthCall(std::shared_ptr<Answers> to, Asked of)
-      : answers(std::move(to)), member(std::move(of)), stub(*member.channel) {
+  HealthCall(const Asked& of, grpc::CompletionQueue& queue) : member(of), stub(*of.channel) {
     context.set_deadline(std::chrono::system_clock::now() + kFindLeaderPatience);
-  }
-  void Begin() {
-    stub.UnaryCall(&context, kHealthMethod, grpc::StubOptions(), &request, &response,
-                   [this](const grpc::Status& status) {
-                     answers->Take(member, Reason(status));
-                     delete this;
-                   });
+    const grpc::Slice nothing;
+    call = stub.PrepareUnaryCall(&context, kHealthMethod, grpc::ByteBuffer(&nothing, 1), &queue);
+    call->StartCall();
+    call->Finish(&response, &status, this);
   }
   // Empty: it serves.
-  std::string Reason(const grpc::Status& status) const {
+  std::string Reason() const {
     if (!status.ok()) return status.error_message();
     std::vector<grpc::Slice> slices;
     std::string bytes;
@@ -61,35 +35,46 @@ struct HealthCall {
     return bytes == kServing ? "" : "follows";
   }
 
-  const std::shared_ptr<Answers> answers;
-  const Asked member;
+  const Asked& member;
   grpc::GenericStub stub;
   grpc::ClientContext context;
-  grpc::ByteBuffer request, response;
+  grpc::ByteBuffer response;
+  grpc::Status status;
+  std::unique_ptr<grpc::ClientAsyncResponseReader<grpc::ByteBuffer>> call;
 };
 
 }  // namespace
 
+// By a queue of our own, so that nothing is left on threads of gRPC when channels go.
 absl::StatusOr<std::shared_ptr<grpc::Channel>> FindLeader(const std::vector<Asked>& members) {
-  const auto answers = std::make_shared<Answers>();
-  answers->open = members.size();
-  std::vector<std::string> names;
+  grpc::CompletionQueue queue;
+  std::vector<std::unique_ptr<HealthCall>> calls;
+  std::vector<std::string> names, reasons;
   for (const Asked& member : members) {
     names.push_back(member.name);
-    if (!member.channel.ok()) {
-      answers->Take(member, std::string(member.channel.status().message()));
-      continue;
+    if (member.channel.ok()) {
+      calls.push_back(std::make_unique<HealthCall>(member, queue));
+    } else {
+      reasons.push_back(absl::StrCat(member.name, ": ", member.channel.status().message()));
     }
-    auto* call = new HealthCall(answers, member);
-    const grpc::Slice nothing;
-    call->request = grpc::ByteBuffer(&nothing, 1);
-    call->Begin();
   }
-  std::unique_lock lock(answers->mutex);
-  answers->came.wait(lock, [&] { return answers->leader || answers->open == 0; });
-  if (answers->leader) return answers->leader;
-  return absl::UnavailableError(absl::StrCat("no control plane of ", absl::StrJoin(names, ", "),
-                                             " leads: ", absl::StrJoin(answers->reasons, "; ")));
+  std::shared_ptr<grpc::Channel> leader;
+  void* tag = nullptr;
+  bool ok = false;
+  for (std::size_t open = calls.size(); open > 0 && queue.Next(&tag, &ok); --open) {
+    const auto& call = *static_cast<HealthCall*>(tag);
+    const std::string reason = call.Reason();
+    if (!reason.empty()) reasons.push_back(absl::StrCat(call.member.name, ": ", reason));
+    if (!reason.empty() || leader) continue;
+    leader = *call.member.channel;
+    for (const auto& other : calls) other->context.TryCancel();  // their answers come at once, and are not needed
+  }
+  queue.Shutdown();
+  while (queue.Next(&tag, &ok)) {
+  }
+  if (leader) return leader;
+  return absl::UnavailableError(
+      absl::StrCat("no control plane of ", absl::StrJoin(names, ", "), " leads: ", absl::StrJoin(reasons, "; ")));
 }
 
 }  // namespace tessera::trust
