@@ -201,6 +201,7 @@ int Agent::Run() {
   callbacks.on_admitted = [this](const v1::Admitted& admitted) { OnAdmitted(admitted); };
   callbacks.on_desired = [this](const v1::DesiredSet& set) { OnDesired(set); };
   callbacks.on_lease = [this](const v1::LeaseRenewal& renewal) { OnLease(renewal); };
+  callbacks.on_life = [this](std::uint64_t life) { KeepLife(life); };
   callbacks.on_refused = [this](const absl::Status& status) { OnRefused(status); };
   callbacks.on_away = [this] {
     contents_.Away();
@@ -208,7 +209,8 @@ int Agent::Run() {
     metrics_.SetConnected(false);
     Settle();
   };
-  session_ = std::make_unique<ControlSession>(loop_, options_.control, std::move(callbacks));
+  session_ = std::make_unique<ControlSession>(loop_, options_.control, identity_ ? identity_->newest_life() : 0,
+                                              std::move(callbacks));
   spdlog::info("agent started version={} control={} socket={} metrics={} workers={}", TESSERA_VERSION,
                LogValue(options_.control), LogValue(state_->SocketPath()), metrics_server_->address(),
                supervisor_.size());

@@ -61,6 +61,7 @@ class Agent {
   v1::AgentHeartbeat Heartbeat();
   void OnAdmitted(const v1::Admitted& admitted);
   absl::Status KeepIdentity(const v1::Admitted& admitted);
+  void KeepLife(std::uint64_t life);
   void OnDesired(const v1::DesiredSet& set);
   void OnRefused(const absl::Status& status);
   void OnModules(const v1::GameModuleList& list);

@@ -102,6 +102,16 @@ absl::Status Agent::KeepIdentity(const v1::Admitted& admitted) {
   return same ? absl::OkStatus() : state_->SaveIdentity(*identity_);
 }
 
+// Before the orders of that life are acted on. A disk that takes nothing keeps no order from being carried out: this
+// agent remembers the life as long as it runs, and only the next one might let in what is over.
+void Agent::KeepLife(std::uint64_t life) {
+  identity_->set_newest_life(life);
+  if (absl::Status status = state_->SaveIdentity(*identity_); !status.ok()) {
+    spdlog::error("cannot keep the newest life of the control plane life={} error={}", life,
+                  LogValue(std::string(status.message())));
+  }
+}
+
 void Agent::OnDesired(const v1::DesiredSet& set) {
   const std::vector<OrderOutcome> outcomes = supervisor_.Desired(set, Clock::now());
   Settle();

@@ -32,9 +32,11 @@ std::vector<std::string> Parted(const std::string& addresses) {
 
 }  // namespace
 
-ControlSession::ControlSession(std::shared_ptr<EventLoop> loop, const std::string& addresses, Callbacks callbacks)
+ControlSession::ControlSession(std::shared_ptr<EventLoop> loop, const std::string& addresses, std::uint64_t newest_life,
+                               Callbacks callbacks)
     : loop_(std::move(loop)),
       addresses_(Parted(addresses)),
+      lives_(newest_life),
       callbacks_(std::move(callbacks)),
       alive_(std::make_shared<ControlSession*>(this)),
       random_(std::random_device{}()) {}
@@ -84,11 +86,7 @@ void ControlSession::OnMessage(const v1::ControlMessage& message) {
   if (message.has_admitted()) {
     OnAdmitted(message.admitted());
   } else if (message.has_desired() && admitted_link_) {
-    if (several() && !lives_.Admit(message.desired().revision())) {
-      spdlog::warn("desired set refused at={} revision={}: of a control plane that was deposed", LogValue(address()),
-                   message.desired().revision());
-      return link_->Cancel();
-    }
+    if (!AdmitLifeOf(message.desired())) return link_->Cancel();
     callbacks_.on_desired(message.desired());
   } else if (message.has_lease() && admitted_link_) {
     callbacks_.on_lease(message.lease());
@@ -96,6 +94,18 @@ void ControlSession::OnMessage(const v1::ControlMessage& message) {
     spdlog::warn("message ignored from=control kind={} admitted={}", static_cast<int>(message.kind_case()),
                  admitted_link_ != nullptr);
   }
+}
+
+bool ControlSession::AdmitLifeOf(const v1::DesiredSet& set) {
+  if (!several()) return true;
+  const std::uint64_t before = lives_.newest();
+  if (!lives_.Admit(set.revision())) {
+    spdlog::warn("desired set refused at={} revision={} newest_life={}: of a control plane that was deposed",
+                 LogValue(address()), set.revision(), before);
+    return false;
+  }
+  if (lives_.newest() > before) callbacks_.on_life(lives_.newest());
+  return true;
 }
 
 void ControlSession::OnAdmitted(const v1::Admitted& admitted) {

@@ -31,10 +31,13 @@ class ControlSession {
     std::function<void(const v1::DesiredSet&)> on_desired;
     std::function<void(const v1::LeaseRenewal&)> on_lease;
     std::function<void()> on_away;
+    // Orders of a later life than any before came. They are given to `on_desired` once this has returned.
+    std::function<void(std::uint64_t life)> on_life;
     std::function<void(const absl::Status&)> on_refused;  // the session is over
   };
-  // `addresses`: as trust::ParseControlAddresses takes them.
-  ControlSession(std::shared_ptr<EventLoop> loop, const std::string& addresses, Callbacks callbacks);
+  // `addresses`: as trust::ParseControlAddresses takes them. `newest_life`: that this host has seen.
+  ControlSession(std::shared_ptr<EventLoop> loop, const std::string& addresses, std::uint64_t newest_life,
+                 Callbacks callbacks);
   ~ControlSession();
 
   void Start() { Dial(); }
@@ -52,6 +55,7 @@ class ControlSession {
   void OnMessage(const v1::ControlMessage& message);
   void OnAdmitted(const v1::Admitted& admitted);
   void OnClosed(const absl::Status& status);
+  bool AdmitLifeOf(const v1::DesiredSet& set);
   void Beat();
   void SetTimer(TimePoint when, EventLoop::Callback callback);
   Duration NextBackoff();

@@ -15,5 +15,13 @@ TEST(LifeFenceTest, KeepsOutWhatAnEarlierLifeOrders) {
   EXPECT_TRUE(fence.Admit(kFourth + 2));
 }
 
+TEST(LifeFenceTest, GoesOnFromWhatTheHostHasSeen) {
+  LifeFence fence(4);
+  EXPECT_FALSE(fence.Admit((std::uint64_t{3} << 32) + 99));
+  EXPECT_TRUE(fence.Admit((std::uint64_t{4} << 32) + 1));
+  EXPECT_TRUE(fence.Admit((std::uint64_t{7} << 32) + 1));
+  EXPECT_EQ(fence.newest(), 7u);
+}
+
 }  // namespace
 }  // namespace tessera::agent

@@ -93,11 +93,15 @@ class LeaderTest : public ::testing::Test {
   std::string Addresses(const std::string& after) const {
     return fmt::format("{1}{0},{2}{0},{3}{0}", after, all_[2].address, all_[1].address, all_[0].address);
   }
+  // The second time it comes back with the identity that it has.
   void StartAgent() {
-    const support::RunResult added = Tessera({"-o", "json", "host", "add", "alpha"});
-    ASSERT_EQ(added.exit_code, 0) << added.err;
     const std::string token = folder_.path() + "/join-token", ready = folder_.path() + "/agent.json";
-    std::ofstream(token) << nlohmann::json::parse(added.out).at("join_token").get<std::string>() << "\n";
+    if (!std::filesystem::exists(token)) {
+      const support::RunResult added = Tessera({"-o", "json", "host", "add", "alpha"});
+      ASSERT_EQ(added.exit_code, 0) << added.err;
+      std::ofstream(token) << nlohmann::json::parse(added.out).at("join_token").get<std::string>() << "\n";
+    }
+    std::filesystem::remove(ready);
     const int first = 34'000 + getpid() % 20 * 100;
     auto agent = host::ChildProcess::Start(
         {.argv = {support::BinaryPath("tessera-agent"), "--control", Addresses(""), "--state-dir",
@@ -194,6 +198,28 @@ TEST_F(LeaderTest, AWorldRunsOnWhileLeadersDie) {
   const support::RunResult second = TesseraUntilDone(
       {"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies", "20", "--regions", "1", "--wait"});
   EXPECT_EQ(second.exit_code, 0) << second.err;
+}
+
+// The agent has seen the orders of a later leader than all of these.
+TEST_F(LeaderTest, AnAgentThatWasStartedAnewTakesNoOrdersOfAnEarlierLeader) {
+  StartAgent();
+  const auto identity = [&] {
+    return nlohmann::json::parse(host::ReadFile(folder_.path() + "/agent/host.json", kMaxFileBytes).value());
+  };
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (!identity().contains("newest_life") && std::chrono::steady_clock::now() < until) agent_->Wait(20ms);
+  nlohmann::json kept = identity();
+  ASSERT_GT(std::stoull(kept.value("newest_life", std::string("0"))), 0u);
+  agent_.reset();
+  kept["newest_life"] = "1000000";
+  std::ofstream(folder_.path() + "/agent/host.json") << kept;
+  StartAgent();
+  const std::string refused = "newest_life=1000000: of a control plane that was deposed";
+  bool found = false;
+  while (!found && std::chrono::steady_clock::now() < until + kPatience && !agent_->Wait(20ms)) {
+    found = host::ReadFile(AgentLog(), kMaxFileBytes).value_or("").find(refused) != std::string::npos;
+  }
+  EXPECT_TRUE(found) << host::LastLinesText(AgentLog(), 5);
 }
 
 TEST_F(LeaderTest, AFollowerNamesTheLeader) {
