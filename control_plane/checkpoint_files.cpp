@@ -47,7 +47,7 @@ absl::Status Named(const absl::Status& status, const std::string& instance, std:
 
 std::string RegionFileName(std::uint32_t region) { return absl::StrCat("region-", region); }
 
-absl::StatusOr<std::unique_ptr<CheckpointFiles>> CheckpointFiles::Open(std::string folder) {
+absl::StatusOr<std::unique_ptr<CheckpointFiles>> CheckpointFiles::Open(std::string folder, std::uint64_t reserve) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return absl::UnavailableError(absl::StrCat(folder, ": ", error.message()));
@@ -57,7 +57,24 @@ absl::StatusOr<std::unique_ptr<CheckpointFiles>> CheckpointFiles::Open(std::stri
       if (checkpoint.path().filename().string().starts_with('.')) fs::remove_all(checkpoint.path(), error);
     }
   }
-  return std::unique_ptr<CheckpointFiles>(new CheckpointFiles(std::move(folder)));
+  return std::unique_ptr<CheckpointFiles>(new CheckpointFiles(std::move(folder), reserve));
+}
+
+absl::StatusOr<std::uint64_t> CheckpointFiles::Room() const {
+  std::error_code error;
+  const fs::space_info space = fs::space(folder_, error);
+  if (error) return absl::UnavailableError(absl::StrCat(folder_, ": ", error.message()));
+  return space.available - std::min<std::uintmax_t>(space.available, reserve_);
+}
+
+absl::Status CheckpointFiles::CheckRoom(std::uint64_t bytes) const {
+  const auto room = Room();
+  if (!room.ok()) return room.status();
+  if (*room >= std::max<std::uint64_t>(bytes, 1)) return absl::OkStatus();
+  constexpr std::uint64_t kMegabyte = 1'000'000;
+  return absl::ResourceExhaustedError(absl::StrCat("no checkpoint is made: the disk of ", folder_, " has less than ",
+                                                   (reserve_ + bytes) / kMegabyte, " MB left, of which ",
+                                                   reserve_ / kMegabyte, " are kept for the store"));
 }
 
 std::string CheckpointFiles::Path(const std::string& instance, std::uint64_t tick) const {
@@ -69,6 +86,7 @@ std::string CheckpointFiles::DraftPath(const std::string& instance, std::uint64_
 
 absl::Status CheckpointFiles::Put(const std::string& instance, std::uint64_t tick, const std::string& name,
                                   const std::string& bytes) const {
+  if (absl::Status room = CheckRoom(bytes.size()); !room.ok()) return room;
   const std::string draft = DraftPath(instance, tick);
   std::error_code error;
   fs::create_directories(draft, error);

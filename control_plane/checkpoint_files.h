@@ -9,6 +9,9 @@
 //   files.Complete("inst-7", manifest);
 //   files.Check("inst-7", 1200);                         // DATA_LOSS names the file
 //
+// The store may lie on the same disk, and without a write to it nothing that dies is replaced: so a reserve is left to
+// it. Checkpoints stop first, with RESOURCE_EXHAUSTED.
+//
 // Thread rule: any thread; two callers of one checkpoint must not complete or remove it at once.
 #pragma once
 
@@ -24,8 +27,14 @@ namespace tessera::control {
 
 class CheckpointFiles {
  public:
-  // UNAVAILABLE if the folder cannot be made.
-  static absl::StatusOr<std::unique_ptr<CheckpointFiles>> Open(std::string folder);
+  // UNAVAILABLE if the folder cannot be made. `reserve`: bytes of its disk that checkpoints leave to others.
+  static absl::StatusOr<std::unique_ptr<CheckpointFiles>> Open(std::string folder, std::uint64_t reserve = 0);
+
+  // Bytes of the disk that checkpoints may take still: what is free less the reserve. UNAVAILABLE: the disk does not
+  // say.
+  absl::StatusOr<std::uint64_t> Room() const;
+  // RESOURCE_EXHAUSTED, with what is free and what is kept, where there is no room for so many.
+  absl::Status CheckRoom(std::uint64_t bytes) const;
 
   // Adds a file to a checkpoint that is being made; it is on the disk on return. Putting it again replaces it.
   absl::Status Put(const std::string& instance, std::uint64_t tick, const std::string& name,
@@ -45,11 +54,12 @@ class CheckpointFiles {
   std::vector<std::string> Instances() const;
 
  private:
-  explicit CheckpointFiles(std::string folder) : folder_(std::move(folder)) {}
+  CheckpointFiles(std::string folder, std::uint64_t reserve) : folder_(std::move(folder)), reserve_(reserve) {}
   std::string Path(const std::string& instance, std::uint64_t tick) const;
   std::string DraftPath(const std::string& instance, std::uint64_t tick) const;
 
   std::string folder_;
+  std::uint64_t reserve_;
 };
 
 inline constexpr char kSceneFile[] = "scene", kGameFile[] = "game";

@@ -105,5 +105,22 @@ TEST(BundleTest, HoldsTheSceneAndOneFileForEachRegionAndNothingElse) {
   EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+TEST(CheckpointRoomTest, CheckpointsLeaveTheReserveToTheStore) {
+  const host::TemporaryFolder folder;
+  const auto free = CheckpointFiles::Open(folder.path());
+  ASSERT_TRUE(free.ok());
+  ASSERT_GT(*(*free)->Room(), 1000u);
+  EXPECT_TRUE((*free)->Put("inst-1", 7, "region-1", "bytes").ok());
+  // More than any disk has.
+  constexpr std::uint64_t kAll = std::uint64_t{1} << 62;
+  const auto full = CheckpointFiles::Open(folder.path(), kAll);
+  ASSERT_TRUE(full.ok());
+  EXPECT_EQ(*(*full)->Room(), 0u);
+  const absl::Status refused = (*full)->Put("inst-1", 8, "region-1", "bytes");
+  EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("are kept for the store"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() + "/inst-1/.8")) << "nothing half made is left";
+}
+
 }  // namespace
 }  // namespace tessera::control

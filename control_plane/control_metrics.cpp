@@ -179,7 +179,12 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
                                    prometheus::MetricType::Gauge,
                                    {}};
   failing.metric.emplace_back().gauge.value = summary.store_failing ? 1 : 0;
-  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing};
+  prometheus::MetricFamily stopped{"tessera_control_checkpoints_stopped",
+                                   "1 while no checkpoint is made, for want of room, else 0",
+                                   prometheus::MetricType::Gauge,
+                                   {}};
+  stopped.metric.emplace_back().gauge.value = summary.checkpoints_stopped ? 1 : 0;
+  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing, stopped};
   AddHealth(summary.health, families);
   return families;
 }

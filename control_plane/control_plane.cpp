@@ -17,6 +17,8 @@ using Clock = std::chrono::steady_clock;
 
 // How often a waiting call asks whether anybody still waits for its answer.
 constexpr std::chrono::milliseconds kGivenUpInterval{200};
+// How often it is looked how much room checkpoints have.
+constexpr std::chrono::milliseconds kRoomInterval{1000};
 
 }  // namespace
 
@@ -90,14 +92,24 @@ std::vector<std::chrono::nanoseconds> ControlPlane::TakeFailovers() {
 void ControlPlane::RunTimer() {
   Lock lock(mutex_);
   while (!stop_.wait_for(lock, kTimerInterval, [this] { return stopping_; })) {
+    cluster_->SetCheckpointTrouble(checkpoint_trouble_);
     cluster_->HandleTimer(ReadClocks());
     Publish();
     NoteTimer();
     PendingWork work = std::exchange(pending_, {});
     lock.unlock();
     DoPendingWork(std::move(work));
+    LookForRoom();
     lock.lock();
   }
+}
+
+void ControlPlane::LookForRoom() {
+  const Steady now = ReadClocks().steady;
+  if (!files_ || now < look_for_room_at_) return;
+  look_for_room_at_ = now + kRoomInterval;
+  const absl::Status room = files_->CheckRoom(0);
+  checkpoint_trouble_ = absl::IsResourceExhausted(room) ? std::string(room.message()) : "";
 }
 
 void ControlPlane::NoteTimer() {

@@ -150,6 +150,8 @@ class ControlPlane {
     std::set<std::string> restore;
   };
   void DoPendingWork(PendingWork work);
+  // Looks at the disk now and then, without the lock.
+  void LookForRoom();
   absl::StatusOr<std::string> ContentBytes(const std::string& key);
   // The scene and game of a checkpoint.
   absl::StatusOr<Contents> KeptContents(const std::string& id, const records::Manifest& manifest) const;
@@ -177,6 +179,9 @@ class ControlPlane {
   std::atomic<std::int64_t> last_timer_{0};  // Steady, in nanoseconds
   mutable std::mutex trouble_mutex_;
   std::string store_trouble_;
+
+  std::string checkpoint_trouble_;  // the timer's thread alone
+  Steady look_for_room_at_{0};
 
   bool stopping_ = false;
   std::condition_variable stop_;

@@ -38,6 +38,7 @@ struct ControlFlags {
   HttpsFlags https;
   std::string metrics_listen = "127.0.0.1:7701";
   std::string state_dir, checkpoints;
+  std::uint64_t checkpoint_reserve_mb = 256;
   StoreFlags store;
   std::string ready_file;
   std::string restore;
@@ -170,6 +171,7 @@ ReignSettings SettingsOf(const ControlFlags& flags) {
           .https = flags.https,
           .seal = flags.state_dir + "/seal.key",
           .checkpoints = flags.checkpoints.empty() ? flags.state_dir + "/checkpoints" : flags.checkpoints,
+          .checkpoint_reserve = flags.checkpoint_reserve_mb * 1'000'000,
           .store_name = flags.store.etcd ? flags.store.etcd->prefix + " in etcd" : flags.state_dir + "/control.db",
           .control = flags.settings};
 }
@@ -288,6 +290,10 @@ int main(int argc, char** argv) {
       "--checkpoints", flags.checkpoints,
       "folder of the checkpoints; default checkpoints in the state folder; of several control planes one that "
       "all share");
+  app.add_option("--checkpoint-reserve-mb", flags.checkpoint_reserve_mb,
+                 "megabytes of the checkpoints' disk that are left to the store: with less free no checkpoint is made")
+      ->check(CLI::Range(0, 100'000'000))
+      ->capture_default_str();
   control::AddStoreOptions(app, flags.store);
   app.add_option("--restore", flags.restore,
                  "file of `tessera cluster backup`: fill the empty store from it, SQLite or etcd, and end");

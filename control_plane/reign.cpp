@@ -67,7 +67,7 @@ absl::StatusOr<std::unique_ptr<HttpsDoor>> StartHttps(const HttpsFlags& flags,
 
 absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSettings& settings,
                                                     ControlMetrics& metrics, const Pages& pages, LeaderRights rights) {
-  auto files = CheckpointFiles::Open(settings.checkpoints);
+  auto files = CheckpointFiles::Open(settings.checkpoints, settings.checkpoint_reserve);
   if (!files.ok()) return files.status();
   if (absl::Status status = CheckBelongTogether(store, **files, settings); !status.ok()) return status;
   auto authority = AuthorityFor(settings, store);

@@ -32,9 +32,10 @@ struct HttpsFlags {
 struct ReignSettings {
   GrpcDoors doors;
   HttpsFlags https{};
-  std::string seal;         // file with the passphrase of the authority's key
-  std::string checkpoints;  // folder
-  std::string store_name;   // in errors: "/var/lib/tessera/control/control.db"
+  std::string seal;                      // file with the passphrase of the authority's key
+  std::string checkpoints;               // folder
+  std::uint64_t checkpoint_reserve = 0;  // bytes of its disk that they leave free
+  std::string store_name;                // in errors: "/var/lib/tessera/control/control.db"
   ControlSettings control;
 };
 

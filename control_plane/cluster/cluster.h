@@ -124,6 +124,8 @@ class Cluster {
 
   // --- Checkpoints: see instance_checkpoints.h. The caller keeps the files.
   absl::StatusOr<std::uint64_t> BeginCheckpoint(Now now, const std::string& id);
+  // As ClusterState has it.
+  void SetCheckpointTrouble(const std::string& why) { state_->SetCheckpointTrouble(why); }
   std::uint64_t CheckpointUnderWay(const std::string& id) const;
   absl::Status CheckUpload(const v1::UploadCheckpointRequest& request) const;
   std::optional<records::Manifest> NoteUploaded(const v1::UploadCheckpointRequest& request);

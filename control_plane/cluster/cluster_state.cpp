@@ -173,6 +173,12 @@ void ClusterState::ProbeStore(Now now) {
   if (const auto written = WriteCounters(); written.ok()) counters_.revision = *written;
 }
 
+void ClusterState::SetCheckpointTrouble(const std::string& why) {
+  if (why.empty() && !checkpoint_trouble_.empty()) Log("checkpoints are made again");
+  if (!why.empty() && checkpoint_trouble_.empty()) Log(absl::StrCat("checkpoints stopped: ", why), Severity::kError);
+  checkpoint_trouble_ = why;
+}
+
 absl::StatusOr<HostEntry*> ClusterState::AddHost(records::Host record) {
   records::Counters counters = counters_.record;
   const std::uint64_t number = counters.last_host() + 1;

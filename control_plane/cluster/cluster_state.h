@@ -178,6 +178,11 @@ class ClusterState {
   // Writes what changes nothing, a second after the last write failed, so that it is known when writing works again.
   void ProbeStore(Now now);
 
+  // --- Room for checkpoints.
+  // Why none is made; empty: they are. Each change is logged.
+  void SetCheckpointTrouble(const std::string& why);
+  const std::string& checkpoint_trouble() const { return checkpoint_trouble_; }
+
   // --- Agents' streams. An earlier stream of the host is closed with `why`.
   StreamId OpenStream(HostEntry& host, const absl::Status& why);
   void CloseStream(HostEntry& host, const absl::Status& why);
@@ -225,7 +230,7 @@ class ClusterState {
   std::map<std::string, ContentUse> contents_;        // by key, of instances that have not ended
   StreamId last_stream_ = 0;
   std::uint64_t last_revision_ = 0;
-  std::string store_trouble_;
+  std::string store_trouble_, checkpoint_trouble_;
   std::uint64_t failed_writes_ = 0;
   Steady probe_at_{0};  // 0: when the next timer says
   Effects effects_;

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "control_plane/cluster/instance_checkpoints.h"
+#include "control_plane/cluster/queries.h"
 #include "control_plane/testing/state_rig.h"
 
 namespace tessera::control {
@@ -193,6 +195,26 @@ TEST(ClusterStateTest, AGameThatIsToBeNextIsStoredWithTheRecordThatNamesItAndGoe
   next.set_state(v1::INSTANCE_STATE_ENDED);
   ASSERT_TRUE(rig.state->StoreInstance(again, next).ok());
   EXPECT_TRUE(stored().empty());
+}
+
+TEST(ClusterStateTest, WithoutRoomNoCheckpointIsBegunAndThatIsSaidOnce) {
+  StateRig rig;
+  HostEntry &alpha = rig.AddHost("alpha"), &beta = rig.AddHost("beta");
+  InstanceEntry& world = rig.AddRunning({&alpha, &beta});
+  InstanceCheckpoints checkpoints(*rig.state);
+  rig.state->effects() = {};
+  rig.state->SetCheckpointTrouble("the disk is full");
+  rig.state->SetCheckpointTrouble("the disk is full");
+  const auto refused = checkpoints.Begin(world, rig.now);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(checkpoints.UnderWay(world), 0u);
+  EXPECT_TRUE(Summarise(*rig.state).checkpoints_stopped);
+  const Effects said = std::exchange(rig.state->effects(), {});
+  ASSERT_EQ(said.log.size(), 1u);
+  EXPECT_EQ(said.log[0].severity, Severity::kError);
+  rig.state->SetCheckpointTrouble("");
+  EXPECT_TRUE(checkpoints.Begin(world, rig.now).ok());
+  EXPECT_FALSE(Summarise(*rig.state).checkpoints_stopped);
 }
 
 }  // namespace

@@ -33,6 +33,7 @@ bool RunsUnchanged(const InstanceEntry& instance) {
 
 absl::StatusOr<std::uint64_t> InstanceCheckpoints::Begin(InstanceEntry& instance, Now now) {
   if (const std::uint64_t tick = UnderWay(instance); tick != 0) return tick;
+  if (!state_.checkpoint_trouble().empty()) return absl::ResourceExhaustedError(state_.checkpoint_trouble());
   if (!AtRest(instance.record)) {
     return absl::FailedPreconditionError(
         absl::StrCat("id: ", instance.record.id(), ": who runs what is being changed; try again"));

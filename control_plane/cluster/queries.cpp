@@ -94,6 +94,7 @@ std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::s
 ClusterSummary Summarise(const ClusterState& state) {
   ClusterSummary summary;
   summary.store_failing = !state.store_trouble().empty();
+  summary.checkpoints_stopped = !state.checkpoint_trouble().empty();
   summary.failed_writes = state.failed_writes();
   for (const auto& [number, host] : state.hosts()) ++summary.hosts[StateOf(host)];
   for (const auto& numbered : state.instances()) {

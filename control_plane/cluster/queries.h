@@ -55,7 +55,8 @@ struct ClusterSummary {
   std::map<v1::HostState, int> hosts;
   std::map<v1::InstanceState, int> instances;
   std::vector<InstanceHealth> health;
-  bool store_failing = false;  // the last write failed
+  bool store_failing = false;        // the last write failed
+  bool checkpoints_stopped = false;  // there is no room for them
   std::uint64_t failed_writes = 0;
 };
 ClusterSummary Summarise(const ClusterState& state);
