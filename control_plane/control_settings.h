@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "core/world/limits.h"
 
@@ -33,6 +34,8 @@ struct ControlSettings {
   // How long a player who has left stays in the orders after all workers know, so that a late grant of the body is
   // still met by someone who knows that the player has left.
   std::chrono::milliseconds keep_left_players{60'000};
+  // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
+  std::string release;
 };
 
 // A worker may step so long after it asked for its lease, and stands still thereafter. The same in region_worker.

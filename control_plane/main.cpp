@@ -250,6 +250,7 @@ absl::Status Run(const ControlFlags& flags) {
 int main(int argc, char** argv) {
   using namespace tessera;
   control::ControlFlags flags;
+  flags.settings.release = TESSERA_VERSION;
   CLI::App app(
       "The control plane of a Tessera cluster: places worlds on hosts, starts and watches them, lets players in.",
       "tessera-control");

@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/one_line.h"
+#include "control_plane/release.h"
 #include "control_plane/report_limits.h"
 #include "core/world/limits.h"
 
@@ -195,6 +196,7 @@ absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello, Now 
 
 absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
   if (absl::Status status = CheckHello(hello); !status.ok()) return status;
+  if (absl::Status status = CheckRelease(hello.version(), settings_.release); !status.ok()) return status;
   const auto authenticated = Authenticate(hello, now);
   if (!authenticated.ok()) return authenticated.status();
   HostEntry& host = **authenticated;

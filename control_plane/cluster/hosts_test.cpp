@@ -50,6 +50,30 @@ TEST_F(HostsTest, ATokenAdmitsOnceAndThenTheSecretDoes) {
   EXPECT_FALSE(CheckHostSecret(*rig_.state, "host-1", "guess").ok());
 }
 
+TEST_F(HostsTest, AnAgentOfAReleaseTooFarAwayIsRefusedByNameAndMayComeBack) {
+  ControlSettings settings;
+  settings.release = "0.2.0";
+  Hosts hosts(*rig_.state, settings, [this](std::size_t n) { return Random(n); });
+  v1::AgentHello hello = Hello(Add("alpha").join_token());
+  hello.set_version("0.4.0");
+  const auto refused = hosts.Admit(hello, rig_.now);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_NE(refused.status().message().find("hello.version: an agent of release 0.4.0"), std::string::npos);
+  hello.set_version("0.3.1");
+  EXPECT_TRUE(hosts.Admit(hello, rig_.now).ok()) << "its token was not used up";
+}
+
+// As a message of a later release would.
+TEST_F(HostsTest, AHelloWithFieldsThatNobodyKnowsYetIsTaken) {
+  const v1::AgentHello hello = Hello(Add("alpha").join_token());
+  std::string bytes = hello.SerializeAsString();
+  bytes += std::string("\xfa\xff\x01\x05later", 9);  // field 4095, five bytes
+  v1::AgentHello read;
+  ASSERT_TRUE(read.ParseFromString(bytes));
+  ASSERT_GT(read.ByteSizeLong(), hello.ByteSizeLong());
+  EXPECT_TRUE(hosts_.Admit(read, rig_.now).ok());
+}
+
 TEST_F(HostsTest, ATokenRunsOutAndItsHostIsAddedAnew) {
   v1::AddHostRequest request;
   request.set_name("alpha");
