@@ -92,6 +92,7 @@ void AcceptorMetrics::Take(const net::AcceptorStats& now, const net::ReceiveStat
 WorkerMetrics::WorkerMetrics()
     : registry_(std::make_shared<prometheus::Registry>(prometheus::Registry::InsertBehavior::Merge)),
       tick(Gauge(*registry_, "tessera_region_tick", "The last tick simulated.")),
+      map_version(Gauge(*registry_, "tessera_region_map_version", "The map by which it was simulated.")),
       ticks(Counter(*registry_, "tessera_region_ticks_total", "Ticks simulated.")),
       late_ticks(Counter(*registry_, "tessera_region_late_ticks_total",
                          "Ticks that ended more than one tick after they were due.")),
@@ -249,6 +250,7 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
   const region::Region& region = run.region();
   const TickCounts& counts = run.statistics().counts();
   tick.Set(static_cast<double>(region.tick().value()));
+  map_version.Set(static_cast<double>(region.map().version().value()));
   owned.Set(static_cast<double>(region.owned().size()));
   ghosts.Set(static_cast<double>(region.ghost_count()));
   asleep.Set(static_cast<double>(region.asleep_count()));

@@ -51,7 +51,7 @@ class WorkerMetrics {
   std::shared_ptr<prometheus::Registry> registry_;
 
  public:
-  prometheus::Gauge& tick;
+  prometheus::Gauge &tick, &map_version;
   prometheus::Counter &ticks, &late_ticks;
   prometheus::Histogram &step, &physics, &prediction, &snapshot_full, &snapshot_delta, &frame_wait;
   prometheus::Gauge &owned, &ghosts, &asleep;
