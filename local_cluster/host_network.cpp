@@ -104,7 +104,26 @@ std::vector<std::string> HostNetwork::Enter(std::uint32_t host) const {
   return {kNsenter, fmt::format("--net=/proc/{}/fd/{}", getpid(), namespaces_.at(host)), "--"};
 }
 
-absl::Status HostNetwork::Cut(std::uint32_t host) { return Run({kIp, "link", "set", PortOf(host), "down"}); }
-absl::Status HostNetwork::Mend(std::uint32_t host) { return Run({kIp, "link", "set", PortOf(host), "up"}); }
+// By a wrong neighbour: packets go to an address of the wire that nobody has, and senders hear of no error, as in a
+// network that loses them.
+absl::Status HostNetwork::Lose(std::uint32_t from, std::uint32_t to) const {
+  std::vector<std::string> argv = Enter(from);
+  argv.insert(argv.end(), {kIp, "neighbour", "replace", address(to), "lladdr", "02:00:00:00:00:01", "dev", "eth0",
+                           "nud", "permanent"});
+  return Run(argv);
+}
+
+absl::Status HostNetwork::Find(std::uint32_t from, std::uint32_t to) const {
+  std::vector<std::string> argv = Enter(from);
+  argv.insert(argv.end(), {kIp, "neighbour", "del", address(to), "dev", "eth0"});
+  return Run(argv);
+}
+
+absl::Status HostNetwork::EnterThread(std::uint32_t host) const {
+  return setns(namespaces_.at(host), CLONE_NEWNET) == 0 ? absl::OkStatus() : Unavailable("setns");
+}
+
+absl::Status HostNetwork::Cut(std::uint32_t host) const { return Run({kIp, "link", "set", PortOf(host), "down"}); }
+absl::Status HostNetwork::Mend(std::uint32_t host) const { return Run({kIp, "link", "set", PortOf(host), "up"}); }
 
 }  // namespace tessera::local

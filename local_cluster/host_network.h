@@ -38,8 +38,13 @@ class HostNetwork {
   std::vector<std::string> Enter(std::uint32_t host) const;
 
   // Packets either way vanish.
-  absl::Status Cut(std::uint32_t host);
-  absl::Status Mend(std::uint32_t host);
+  absl::Status Cut(std::uint32_t host) const;
+  absl::Status Mend(std::uint32_t host) const;
+  // What `from` sends to `to` vanishes, without a word to either; the other way is another matter.
+  absl::Status Lose(std::uint32_t from, std::uint32_t to) const;
+  absl::Status Find(std::uint32_t from, std::uint32_t to) const;
+  // The calling thread is in the host's network from here on, also where the host's link is cut.
+  absl::Status EnterThread(std::uint32_t host) const;
 
  private:
   HostNetwork() = default;
