@@ -1,0 +1,171 @@
+#include "bench/lasting_history.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace tessera::bench {
+namespace {
+
+constexpr double kTicksPerSecond = 60;
+// A region that makes less than this share of its ticks counts as one that stands still.
+constexpr double kStandsStill = 0.1;
+// A reading is not of one moment: its tick may be one older than its map.
+constexpr std::uint64_t kReadingSlack = 2;
+
+struct Beginning {
+  double at = 0;
+  std::uint64_t tick = 0;
+  std::string worker;
+};
+
+std::map<std::string, std::vector<const StepRecord*>> ByWorker(const std::vector<StepRecord>& steps) {
+  std::map<std::string, std::vector<const StepRecord*>> result;
+  for (const StepRecord& step : steps) result[step.worker].push_back(&step);
+  return result;
+}
+
+bool StandsStill(const Stalls& stalls, std::uint32_t region, double at, double since) {
+  const auto found = stalls.find(region);
+  return found != stalls.end() && std::ranges::any_of(found->second, [&](const Stall& stall) {
+           return std::max(stall.from, since) <= at && at < stall.to;
+         });
+}
+
+// `lie` says of each claim whether it is one; a claim counts until the next.
+Falsehood Add(const std::vector<ClaimRecord>& claims, const std::function<std::string(const ClaimRecord&)>& lie) {
+  Falsehood result;
+  double stretch = 0;
+  for (std::size_t i = 0; i + 1 < claims.size(); ++i) {
+    const std::string told = lie(claims[i]);
+    if (told.empty()) {
+      stretch = 0;
+      continue;
+    }
+    if (stretch == 0) result.told.push_back(told);
+    const double span = claims[i + 1].asked - claims[i].asked;
+    stretch += span;
+    result.total_s += span;
+    result.longest_s = std::max(result.longest_s, stretch);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::string> LostChanges(const std::vector<ChangeRecord>& changes, const std::set<std::string>& found) {
+  std::map<std::string, const ChangeRecord*> last;
+  for (const ChangeRecord& change : changes) {
+    // One that was not acknowledged may have taken effect: after it either is right.
+    last[change.name] = change.acknowledged ? &change : nullptr;
+  }
+  std::vector<std::string> lost;
+  for (const auto& [name, change] : last) {
+    if (change == nullptr || change->added == found.contains(name)) continue;
+    lost.push_back(fmt::format("{} of {} was acknowledged at {:.3f} s and is lost",
+                               change->added ? "the addition" : "the removal", name, change->answered));
+  }
+  return lost;
+}
+
+std::vector<std::string> TwoWriters(const std::vector<WriteRecord>& writes) {
+  std::set<std::int64_t> tokens;
+  for (const WriteRecord& write : writes) tokens.insert(write.token);
+  std::vector<std::string> found;
+  for (const WriteRecord& write : writes) {
+    const auto next = tokens.upper_bound(write.token);
+    if (write.token >= write.revision) {
+      found.push_back(fmt::format("revision {} is of leader {}, who was not elected yet", write.revision, write.token));
+    } else if (next != tokens.end() && *next < write.revision) {
+      found.push_back(
+          fmt::format("revision {} is of leader {}, though {} had been elected", write.revision, write.token, *next));
+    }
+  }
+  return found;
+}
+
+std::vector<std::string> TwoOwners(const std::vector<StepRecord>& steps) {
+  std::map<std::uint64_t, Beginning> begun;  // by map: the first who was seen to step by it
+  for (const StepRecord& step : steps) {
+    const auto [at, first] = begun.try_emplace(step.map, Beginning{step.at, step.tick, step.worker});
+    if (!first && step.at < at->second.at) at->second = {step.at, step.tick, step.worker};
+  }
+  std::vector<std::string> found;
+  for (const auto& [worker, readings] : ByWorker(steps)) {
+    for (std::size_t i = 1; i + 1 < readings.size(); ++i) {
+      const StepRecord &before = *readings[i - 1], &now = *readings[i], &after = *readings[i + 1];
+      // By the map that still holds at the next reading, so these steps certainly were by it.
+      if (now.steps == before.steps || after.map != before.map) continue;
+      const auto other = std::find_if(begun.upper_bound(before.map), begun.end(), [&](const auto& later) {
+        return later.second.at <= before.at && later.second.tick + kReadingSlack < now.tick;
+      });
+      if (other == begun.end()) continue;
+      found.push_back(fmt::format(
+          "{} stepped to tick {} by map {} at {:.3f} s, though {} had begun with map {} in tick {} at {:.3f} s", worker,
+          now.tick, before.map, now.at, other->second.worker, other->first, other->second.tick, other->second.at));
+      break;  // one line a worker
+    }
+  }
+  return found;
+}
+
+Stalls StallsOf(const std::vector<StepRecord>& steps, double until, double least) {
+  struct Progress {
+    double at = 0;
+    std::string worker;
+    std::uint64_t steps = 0;
+  };
+  std::map<std::string, std::uint64_t> counted;  // steps at the last reading, by worker
+  std::map<std::uint32_t, Progress> last;        // at which a region was seen to have moved
+  std::vector<const StepRecord*> in_order;
+  for (const StepRecord& step : steps) in_order.push_back(&step);
+  std::ranges::stable_sort(in_order, {}, &StepRecord::at);
+  Stalls stalls;
+  for (const StepRecord* step : in_order) {
+    const auto before = counted.find(step->worker);
+    const bool moved = before != counted.end() ? before->second < step->steps : step->steps > 0;
+    counted[step->worker] = step->steps;
+    if (!moved) continue;
+    const auto seen = last.find(step->region);
+    if (seen != last.end() && step->at - seen->second.at > least) {
+      const double span = step->at - seen->second.at;
+      const bool same = seen->second.worker == step->worker;
+      const double made = same ? static_cast<double>(step->steps - seen->second.steps) : 0;
+      // Whoever made its ticks was not looked at for a while.
+      if (made < kStandsStill * kTicksPerSecond * span) stalls[step->region].push_back({seen->second.at, step->at});
+    }
+    last[step->region] = {step->at, step->worker, step->steps};
+  }
+  for (const auto& [region, progress] : last) {
+    if (until - progress.at > least) stalls[region].push_back({progress.at, until});
+  }
+  return stalls;
+}
+
+Falsehood FalseRunning(const std::vector<ClaimRecord>& claims, const Stalls& stalls) {
+  std::map<std::uint32_t, double> listed;  // since when the map has had it
+  return Add(claims, [&](const ClaimRecord& claim) -> std::string {
+    std::erase_if(listed, [&](const auto& entry) { return !std::ranges::count(claim.regions, entry.first); });
+    for (const std::uint32_t region : claim.regions) listed.try_emplace(region, claim.asked);
+    if (!claim.running) return "";
+    for (const std::uint32_t region : claim.regions) {
+      // A stall that began before the map had the region is another region's.
+      if (!StandsStill(stalls, region, claim.asked, listed.at(region))) continue;
+      return fmt::format("RUNNING was said at {:.3f} s while region {} stood still", claim.asked, region);
+    }
+    return "";
+  });
+}
+
+Falsehood FalseDegraded(const std::vector<ClaimRecord>& claims, const Stalls& stalls) {
+  return Add(claims, [&](const ClaimRecord& claim) -> std::string {
+    if (!claim.degraded || claim.reason.find("standby") != std::string::npos) return "";
+    for (const std::uint32_t region : claim.regions) {
+      if (StandsStill(stalls, region, claim.asked, 0)) return "";
+    }
+    return fmt::format("DEGRADED was said at {:.3f} s while all regions stepped: {}", claim.asked, claim.reason);
+  });
+}
+
+}  // namespace tessera::bench

@@ -1,0 +1,91 @@
+// History: what a cluster said and did while it was struck by faults, and the judgement of it.
+//
+// Witnesses write it down independently of each other: somebody who makes changes, somebody who asks for the world's
+// state, somebody who reads each worker's own figures on its host, and the store's own record of who wrote. What must
+// hold of it:
+//
+//   no change that was acknowledged is lost           (LostChanges)
+//   one leader's writes at a time                     (TwoWriters)
+//   no place of a world is stepped by two             (TwoOwners)
+//   what was said to be RUNNING did step              (StallsOf, FalseRunning, FalseDegraded)
+//
+// All times are seconds of one clock. Thread rule: values; functions without state.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace tessera::bench {
+
+// Somebody added a host, or removed it. Each name is added once, and removed once at most.
+struct ChangeRecord {
+  std::string name;
+  bool added = true;
+  double asked = 0;
+  bool acknowledged = false;
+  double answered = 0;
+};
+
+// One reading of a worker's own figures.
+struct StepRecord {
+  std::string worker;  // unlike any other, of whatever life
+  std::uint32_t region = 0;
+  double at = 0;
+  std::uint64_t steps = 0;  // ticks that this process simulated
+  std::uint64_t tick = 0;   // the last of them
+  std::uint64_t map = 0;    // by this map
+};
+
+// What the control plane said about the world.
+struct ClaimRecord {
+  double asked = 0;
+  bool running = false, degraded = false;
+  std::string reason;
+  std::vector<std::uint32_t> regions;  // of the map in force
+};
+
+// One write to the store, by the leader whose token it is; tokens are the revisions at which leaders were elected.
+struct WriteRecord {
+  std::int64_t revision = 0, token = 0;
+};
+
+struct History {
+  std::vector<ChangeRecord> changes;
+  std::vector<StepRecord> steps;    // each worker's in their order
+  std::vector<ClaimRecord> claims;  // in their order
+  std::vector<WriteRecord> writes;  // in their order
+  double until = 0;                 // the end of all
+};
+
+// `found`: the names that the cluster knows in the end. One line for each change that it should know and does not.
+std::vector<std::string> LostChanges(const std::vector<ChangeRecord>& changes, const std::set<std::string>& found);
+
+// One line for each write by a leader after another one was elected.
+std::vector<std::string> TwoWriters(const std::vector<WriteRecord>& writes);
+
+// One line for each worker that went on by a map after another worker had begun with a later one, in ticks beyond its
+// beginning: both owned the same place.
+std::vector<std::string> TwoOwners(const std::vector<StepRecord>& steps);
+
+// When a region made no steps.
+struct Stall {
+  double from = 0, to = 0;
+};
+using Stalls = std::map<std::uint32_t, std::vector<Stall>>;  // by region; in their order
+// Shorter ones than `least` are none.
+Stalls StallsOf(const std::vector<StepRecord>& steps, double until, double least);
+
+struct Falsehood {
+  double total_s = 0;    // all in all
+  double longest_s = 0;  // at a stretch
+  std::vector<std::string> told;
+};
+// RUNNING was said while a region of the map stood still.
+Falsehood FalseRunning(const std::vector<ClaimRecord>& claims, const Stalls& stalls);
+// DEGRADED was said while all regions stepped. A missing standby is true whoever steps, so it is no falsehood.
+Falsehood FalseDegraded(const std::vector<ClaimRecord>& claims, const Stalls& stalls);
+
+}  // namespace tessera::bench
