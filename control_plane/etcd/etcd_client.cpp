@@ -22,6 +22,9 @@ constexpr std::chrono::milliseconds kEtcdRetryPause{50};
 constexpr int kEtcdKeepaliveMs = 10'000, kEtcdKeepaliveTimeoutMs = 3'000;
 // Between attempts to connect: gRPC's own grows to two minutes.
 constexpr int kEtcdFirstBackoffMs = 100, kEtcdLastBackoffMs = 1'000;
+// How long an attempt to connect may take, and how much of that a call waits for it before the next member is asked.
+constexpr int kEtcdConnectMs = 1'000;
+constexpr std::chrono::milliseconds kEtcdConnect{300};
 
 absl::Status FromEtcd(const grpc::Status& status) {
   if (status.ok()) return absl::OkStatus();
@@ -42,8 +45,9 @@ bool IsOneMembers(const absl::Status& status) {
 }  // namespace
 
 struct EtcdClient::Member {
-  explicit Member(const std::shared_ptr<grpc::Channel>& channel)
-      : kv(pb::KV::NewStub(channel)), lease(pb::Lease::NewStub(channel)) {}
+  explicit Member(const std::shared_ptr<grpc::Channel>& to)
+      : channel(to), kv(pb::KV::NewStub(to)), lease(pb::Lease::NewStub(to)) {}
+  std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<pb::KV::Stub> kv;
   std::unique_ptr<pb::Lease::Stub> lease;
 };
@@ -66,7 +70,7 @@ absl::StatusOr<std::unique_ptr<EtcdClient>> EtcdClient::Make(const EtcdAddress& 
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kEtcdKeepaliveMs);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kEtcdKeepaliveTimeoutMs);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kEtcdFirstBackoffMs);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kEtcdFirstBackoffMs);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kEtcdConnectMs);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kEtcdLastBackoffMs);
   arguments.SetMaxReceiveMessageSize(-1);
   const auto channel_credentials = credentials.authority.empty()
@@ -88,6 +92,9 @@ absl::Status EtcdClient::Once(Span patience, Call&& call) const {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + patience);
   context.AddMetadata("hasleader", "true");
+  // A call to a member that was away fails at once, and nobody then drives the handshake that is under way: with TLS on
+  // a busy machine it would never come to its end.
+  members_[index]->channel->WaitForConnected(std::chrono::system_clock::now() + std::min(patience, kEtcdConnect));
   absl::Status status = FromEtcd(call(*members_[index], context));
   if (IsOneMembers(status)) {
     std::size_t expected = index;  // another thread may have gone on already
