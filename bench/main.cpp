@@ -12,6 +12,7 @@
 #include "bench/dissertation.h"
 #include "bench/failover.h"
 #include "bench/games.h"
+#include "bench/lasting.h"
 #include "bench/lean.h"
 #include "bench/people.h"
 #include "bench/report.h"
@@ -50,6 +51,13 @@ constexpr Suite kSuites[] = {
      "balancing and restoring. About 50 minutes; --only takes worker, pair, host, freeze, agent, link, control, scale, "
      "hot-spot, restore or standby",
      RunFailover},
+    {"lasting",
+     "Three control planes, three members of etcd and three hosts under faults: what is lost, doubled or misstated, "
+     "and "
+     "how long each takes. About 20 minutes; --only takes kill-leader, stop-leader, cut-leader, lose-leader, "
+     "cut-leader-with-host, kill-store, stop-store, kill-worker, kill-agent, freeze-host, cut-host, orphan or "
+     "slow-store",
+     RunLastingSuite},
     {"people",
      "What it costs to show a world to people: gateway, viewers, page and swarm. About 20 minutes; --only takes ready, "
      "viewers, slow, gap, swarm or page",
@@ -87,6 +95,9 @@ int Main(int argc, char** argv) {
     command->add_option("--only", options.only, "Run only scenes whose names contain this");
     if (suite.run == RunFailover) {
       command->add_option("--runs", options.runs, "How often each fault strikes, if not 20 times (--quick: twice)");
+    }
+    if (suite.run == RunLastingSuite) {
+      command->add_option("--runs", options.runs, "How many faults strike, if not 52 (--quick: 13)");
     }
   }
   try {

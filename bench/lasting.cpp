@@ -1,0 +1,104 @@
+#include "bench/lasting.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+
+#include "bench/lasting_run.h"
+
+namespace tessera::bench {
+namespace {
+
+using Kind = LastingFaultKind;
+
+constexpr std::uint64_t kLastingSeed = 23;
+constexpr unsigned kFullFaults = 52, kQuickFaults = 13;  // four of each kind, one
+constexpr std::uint32_t kLastingPlayers = 2;
+constexpr const char *kLastingScene = "plaza", *kLastingEngine = "tessera";
+
+std::vector<LastingFault> FaultsFor(const SuiteOptions& options) {
+  const unsigned wanted = options.runs > 0 ? options.runs : options.quick ? kQuickFaults : kFullFaults;
+  std::vector<LastingFault> faults;
+  // A kind is one of thirteen, so so many hold as many of it as are wanted.
+  const auto kinds = static_cast<std::size_t>(kLastLastingFault) + 1;
+  for (const LastingFault& fault : DrawFaults(kLastingSeed, options.only.empty() ? wanted : wanted * kinds)) {
+    if (faults.size() < wanted && std::string(NameOf(fault.kind)).find(options.only) != std::string::npos) {
+      faults.push_back(fault);
+    }
+  }
+  return faults;
+}
+
+// In milliseconds, of those that are known.
+std::vector<double> SpansOf(const std::vector<LastingGap>& gaps, double LastingGap::*span, const auto& counts) {
+  std::vector<double> spans;
+  for (const LastingGap& gap : gaps) {
+    if (counts(gap.kind) && gap.*span >= 0) spans.push_back(1000 * gap.*span);
+  }
+  return spans;
+}
+
+void AddSpans(const std::string& name, std::vector<double> spans, Report& report) {
+  if (spans.empty()) return;
+  std::ranges::sort(spans);
+  report.Set(kLastingScene, kLastingEngine, "faults", name + "_p50", spans[spans.size() / 2], "ms");
+  report.Set(kLastingScene, kLastingEngine, "faults", name + "_max", spans.back(), "ms");
+}
+
+void Tell(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) std::cerr << "lasting: " << line << "\n";
+}
+
+void AddVerdict(const LastingVerdict& verdict, Report& report) {
+  const auto add = [&](const char* name, double value, const char* unit) {
+    report.Set(kLastingScene, kLastingEngine, "faults", name, value, unit);
+  };
+  const auto count = [](const std::vector<std::string>& lines) { return static_cast<double>(lines.size()); };
+  add("faults", static_cast<double>(verdict.gaps.size()), "1");
+  add("faults_not_mended", count(verdict.not_well), "1");
+  add("acknowledged", static_cast<double>(verdict.changes), "1");
+  add("acknowledged_lost", count(verdict.lost), "1");
+  add("two_writers", count(verdict.two_writers), "1");
+  add("two_owners", count(verdict.two_owners), "1");
+  add("players_dropped", static_cast<double>(verdict.players_dropped), "1");
+  add("false_running_s", verdict.false_running.total_s, "s");
+  add("false_running_longest_s", verdict.false_running.longest_s, "s");
+  add("false_degraded_s", verdict.false_degraded.total_s, "s");
+  const auto any = [](Kind) { return true; };
+  AddSpans("leader_gap_ms", SpansOf(verdict.gaps, &LastingGap::leader_s, any), report);
+  AddSpans("orphan_failover_ms", SpansOf(verdict.gaps, &LastingGap::orphan_s, any), report);
+  AddSpans("slow_store_gap_ms",
+           SpansOf(verdict.gaps, &LastingGap::failover_s, [](Kind kind) { return kind == Kind::kSlowStore; }), report);
+  AddSpans("worker_gap_ms",
+           SpansOf(verdict.gaps, &LastingGap::failover_s, [](Kind kind) { return kind == Kind::kKillWorker; }), report);
+  Tell(verdict.not_well);
+  Tell(verdict.lost);
+  Tell(verdict.two_writers);
+  Tell(verdict.two_owners);
+  Tell(verdict.false_running.told);
+  Tell(verdict.false_degraded.told);
+}
+
+void TellLine(const std::string& line) { std::cerr << "lasting: " << line << "\n"; }
+
+absl::Status RunFaults(const local::HostNetwork& network, const std::vector<LastingFault>& faults, Report& report) {
+  const auto verdict = RunLasting(network, {.faults = faults, .players = kLastingPlayers, .tell = TellLine});
+  if (!verdict.ok()) return verdict.status();
+  AddVerdict(*verdict, report);
+  return report.Save();
+}
+
+}  // namespace
+
+absl::Status RunLastingSuite(const SuiteOptions& options, Report& report) {
+  const std::vector<LastingFault> faults = FaultsFor(options);
+  if (faults.empty()) return absl::InvalidArgumentError("--only: no fault has this in its name");
+  // Before gRPC makes threads, which would stay in the old one.
+  if (absl::Status own = local::EnterOwnNetwork(); !own.ok()) return own;
+  const auto network = local::HostNetwork::Create(LastingStage::kMachines);
+  if (!network.ok()) return network.status();
+  return RunFaults(**network, faults, report);
+}
+
+}  // namespace tessera::bench

@@ -1,0 +1,168 @@
+#include "bench/lasting_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "bench/lasting_stage.h"
+#include "bench/lasting_witness.h"
+#include "host/temporary_folder.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/scene_file.h"
+
+namespace tessera::bench {
+namespace {
+
+using namespace std::chrono_literals;
+using Kind = LastingFaultKind;
+
+// A region that makes no steps for so long stands still.
+constexpr double kLeastStall_s = 0.5;
+// All of it must hold for so long before the next fault strikes.
+constexpr double kWell_s = 1;
+
+bool StrikesTheLeader(Kind kind) {
+  return kind == Kind::kKillLeader || kind == Kind::kStopLeader || kind == Kind::kCutLeader ||
+         kind == Kind::kLoseLeader || kind == Kind::kCutLeaderWithHost || kind == Kind::kOrphan;
+}
+bool KillsAWorker(Kind kind) { return kind == Kind::kKillWorker || kind == Kind::kOrphan || kind == Kind::kSlowStore; }
+
+absl::StatusOr<std::string> MakeWorld(const LastingStage& stage, const LastingPlan& plan) {
+  try {
+    local::Connection connection(stage.control());
+    v1::CreateInstanceRequest request;
+    *request.mutable_spec()->mutable_scene() = local::LoadScene(local::FindScene("plaza"), plan.bodies).message;
+    request.mutable_spec()->set_regions(kLastingHosts);
+    request.mutable_spec()->set_guests(true);
+    return connection
+        .Call("instance create", connection.instances(), &v1::InstanceService::Stub::CreateInstance, request)
+        .instance()
+        .id();
+  } catch (const std::exception& error) {
+    return absl::UnavailableError(error.what());
+  }
+}
+
+// Empty: every region steps by the map in force, each with a standby that has all, and nothing is under way.
+std::string WhyNotWell(const v1::Instance& world, std::uint32_t regions, std::uint32_t players) {
+  if (world.state() != v1::INSTANCE_STATE_RUNNING) {
+    return fmt::format("{}: {}", v1::InstanceState_Name(world.state()), world.reason());
+  }
+  if (!world.changes().empty()) return world.changes(0).text();
+  if (!world.unprotected_regions().empty())
+    return fmt::format("region {} is unprotected", world.unprotected_regions(0));
+  if (world.players() < players) return fmt::format("{} players are in", world.players());
+  if (world.map().regions_size() != static_cast<int>(regions)) {
+    return fmt::format("{} regions are in the map", world.map().regions_size());
+  }
+  for (const v1::RegionStatus& status : world.region_status()) {
+    if (status.report().phase() != v1::WORKER_PHASE_RUNNING || status.report().acknowledged_tick() == 0) {
+      return fmt::format("region {} is not known to run with its standby", status.region());
+    }
+  }
+  return "";
+}
+
+class LastingDrama {
+ public:
+  LastingDrama(LastingStage& stage, LastingWitnesses& witnesses, const LastingPlan& plan)
+      : stage_(stage), witnesses_(witnesses), plan_(plan) {}
+
+  // The last reason why it is not; empty: it is.
+  std::string WaitUntilWell(std::uint32_t regions = kLastingHosts, std::uint32_t players = 0) {
+    const double since = witnesses_.Now();
+    const auto until = std::chrono::steady_clock::now() + plan_.patience;
+    if (!witnesses_.AcknowledgedAfter(since, plan_.patience)) return "no change is acknowledged";
+    std::string why = "nothing is said of the world";
+    std::optional<double> well_since;
+    while (std::chrono::steady_clock::now() < until) {
+      if (const auto world = witnesses_.LatestAfter(since)) {
+        why = WhyNotWell(*world, regions, players);
+        if (!why.empty()) well_since.reset();
+        if (why.empty() && !well_since) well_since = witnesses_.Now();
+      }
+      if (well_since && witnesses_.Now() - *well_since >= kWell_s) {
+        map_ = witnesses_.LatestAfter(since)->map().version();
+        return witnesses_.SteppedAfter(since, 0, plan_.patience) ? "" : "a region makes no steps";
+      }
+      std::this_thread::sleep_for(50ms);
+    }
+    return why;
+  }
+
+  absl::StatusOr<LastingGap> Play(LastingFault& fault) {
+    LastingGap gap{.kind = fault.kind};
+    const double struck = witnesses_.Now();
+    if (absl::Status status = Strike(fault, stage_); !status.ok()) return status;
+    plan_.tell(fmt::format("{:.1f} s: {} {} for {:.1f} s, leader {}", struck, NameOf(fault.kind), fault.which,
+                           fault.hold_s, fault.leader));
+    std::this_thread::sleep_for(std::chrono::duration<double>(fault.hold_s));
+    if (absl::Status status = Mend(fault, stage_); !status.ok()) return status;
+    if (StrikesTheLeader(fault.kind)) {
+      gap.leader_s = witnesses_.AcknowledgedAfter(struck, plan_.patience).value_or(struck - 1) - struck;
+    }
+    if (KillsAWorker(fault.kind)) {
+      const auto stepped = witnesses_.SteppedAfter(struck, map_ + 1, plan_.patience);
+      if (stepped) gap.failover_s = *stepped - struck;
+      if (stepped && fault.kind == Kind::kOrphan && gap.leader_s >= 0) {
+        gap.orphan_s = std::max(gap.failover_s - gap.leader_s, 0.0);
+      }
+    }
+    return gap;
+  }
+
+ private:
+  LastingStage& stage_;
+  LastingWitnesses& witnesses_;
+  const LastingPlan& plan_;
+  std::uint64_t map_ = 0;  // in force when it was well
+};
+
+void Judge(const History& history, const std::set<std::string>& hosts, LastingVerdict& verdict) {
+  const Stalls stalls = StallsOf(history.steps, history.until, kLeastStall_s);
+  verdict.lost = LostChanges(history.changes, hosts);
+  verdict.two_writers = TwoWriters(history.writes);
+  verdict.two_owners = TwoOwners(history.steps);
+  verdict.false_running = FalseRunning(history.claims, stalls);
+  verdict.false_degraded = FalseDegraded(history.claims, stalls);
+  verdict.changes = static_cast<std::size_t>(std::ranges::count_if(history.changes, &ChangeRecord::acknowledged));
+  verdict.writes = history.writes.size();
+  verdict.readings = history.steps.size();
+}
+
+}  // namespace
+
+absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, LastingPlan plan) {
+  const host::TemporaryFolder folder;
+  const auto stage = LastingStage::Start(network, folder.path());
+  if (!stage.ok()) return stage.status();
+  const auto instance = MakeWorld(**stage, plan);
+  if (!instance.ok()) return instance.status();
+  const auto witnesses = LastingWitnesses::Begin(**stage, *instance, plan.players);
+  if (!witnesses.ok()) return witnesses.status();
+  LastingDrama drama(**stage, **witnesses, plan);
+  if (const std::string why = drama.WaitUntilWell(); !why.empty()) {
+    return absl::UnavailableError("the world never was well: " + why);
+  }
+  LastingVerdict verdict;
+  for (LastingFault& fault : plan.faults) {
+    const auto gap = drama.Play(fault);
+    if (!gap.ok()) return gap.status();
+    verdict.gaps.push_back(*gap);
+    if (const std::string why = drama.WaitUntilWell(); !why.empty()) {
+      verdict.not_well.push_back(fmt::format("after {}: {}", NameOf(fault.kind), why));
+      break;  // what follows would be of this one
+    }
+  }
+  const History history = (*witnesses)->End();
+  verdict.players_dropped = (*witnesses)->players_dropped();
+  const auto hosts = (*witnesses)->KnownHosts();
+  if (!hosts.ok()) return hosts.status();
+  Judge(history, *hosts, verdict);
+  return verdict;
+}
+
+}  // namespace tessera::bench

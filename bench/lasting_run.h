@@ -1,0 +1,51 @@
+// LastingRun: faults strike a cluster one after the other, each when the cluster is well again after the one before,
+// and the history of it is judged.
+//
+//   auto run = RunLasting(network, {.faults = DrawFaults(7, 12)});
+//   if (run.ok()) Print(run->lost, run->two_writers, ...);
+//
+// Thread rule: one thread, which was in its own network (local::EnterOwnNetwork) before any other thread was made.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "bench/lasting_faults.h"
+#include "bench/lasting_history.h"
+#include "local_cluster/host_network.h"
+
+namespace tessera::bench {
+
+struct LastingPlan {
+  std::vector<LastingFault> faults;
+  std::uint32_t players = 1;
+  std::uint32_t bodies = 40;
+  // How long one fault may take until all is well again.
+  std::chrono::seconds patience{120};
+  std::function<void(const std::string&)> tell = [](const std::string&) {};  // a line for people, as it goes
+};
+
+// How long it took after one fault; negative: it is not of this fault, or never came.
+struct LastingGap {
+  LastingFaultKind kind = LastingFaultKind::kKillLeader;
+  double leader_s = -1;    // until a change that was asked for after the strike was acknowledged
+  double failover_s = -1;  // of a dead worker: until all regions of a later map stepped
+  double orphan_s = -1;    // the same, from when somebody leads again
+};
+
+struct LastingVerdict {
+  std::vector<std::string> lost, two_writers, two_owners;
+  Falsehood false_running, false_degraded;
+  std::uint64_t players_dropped = 0;
+  std::vector<LastingGap> gaps;
+  std::vector<std::string> not_well;  // faults after which the cluster was not well again in time, and why
+  std::size_t changes = 0, writes = 0, readings = 0;
+};
+
+// An error: the cluster could not be started, or a fault could not strike.
+absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, LastingPlan plan);
+
+}  // namespace tessera::bench

@@ -1,0 +1,331 @@
+#include "bench/lasting_stage.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "control_plane/etcd/etcd_election.h"
+#include "host/files.h"
+#include "host/last_lines.h"
+#include "host/process.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/local_cluster.h"
+
+namespace tessera::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = LastingStage::Kind;
+
+constexpr std::chrono::seconds kLastingPatience{60}, kLastingEnd{15};
+constexpr std::size_t kMaxLastingFile = 4 << 20;
+constexpr char kEtcdPath[] = "/usr/bin/etcd", kOpensslPath[] = "/usr/bin/openssl";
+constexpr std::uint16_t kOperatorsPort = 7700, kPlayersPort = 7703, kEtcdPort = 2379, kEtcdPeerPort = 2380;
+constexpr const char* kKindNames[] = {"control", "etcd", "host"};
+
+std::size_t IndexOf(Kind kind) { return static_cast<std::size_t>(kind); }
+
+}  // namespace
+
+std::string LastingStage::Path(Kind kind, std::uint32_t which, const char* after) const {
+  return fmt::format("{}/{}-{}{}", folder_, kKindNames[IndexOf(kind)], which + 1, after);
+}
+
+host::ChildProcess& LastingStage::process(Kind kind, std::uint32_t which) const {
+  return *processes_.at(IndexOf(kind)).at(which);
+}
+
+std::string LastingStage::EtcdEndpoints() const {
+  std::string all;
+  for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+    absl::StrAppend(&all, i == 0 ? "" : ",", network_.address(i), ":", kEtcdPort);
+  }
+  return all;
+}
+
+std::vector<std::string> LastingStage::Arguments(Kind kind, std::uint32_t which) const {
+  const auto path = [&](const char* after) { return Path(kind, which, after); };
+  if (kind == Kind::kEtcd) {
+    const std::string own = network_.address(which);
+    const std::string clients = fmt::format("https://{}:{}", own, kEtcdPort);
+    const std::string peers = fmt::format("http://{}:{}", own, kEtcdPeerPort);
+    std::string cluster;
+    for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+      absl::StrAppend(&cluster, i == 0 ? "" : ",", "m", i, "=http://", network_.address(i), ":", kEtcdPeerPort);
+    }
+    return {kEtcdPath,
+            "--name",
+            absl::StrCat("m", which),
+            "--data-dir",
+            path(""),
+            "--listen-client-urls",
+            clients,
+            "--advertise-client-urls",
+            clients,
+            "--listen-peer-urls",
+            peers,
+            "--initial-advertise-peer-urls",
+            peers,
+            "--initial-cluster",
+            cluster,
+            "--cert-file",
+            folder_ + "/etcd.pem",
+            "--key-file",
+            folder_ + "/etcd.key"};
+  }
+  if (kind == Kind::kControl) {
+    const std::string own = network_.address(which);
+    return {local::ProgramPath("tessera-control"),
+            "--listen",
+            fmt::format("{}:{}", own, kOperatorsPort),
+            "--players-listen",
+            fmt::format("{}:{}", own, kPlayersPort),
+            "--metrics-listen",
+            "127.0.0.1:7701",
+            "--state-dir",
+            path(""),
+            "--ready-file",
+            path(".json"),
+            "--store",
+            absl::StrCat("etcd://", EtcdEndpoints(), "/", prefix()),
+            "--store-authority",
+            folder_ + "/etcd.pem",
+            "--checkpoints",
+            folder_ + "/checkpoints"};
+  }
+  std::string controls;
+  for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+    absl::StrAppend(&controls, i == 0 ? "" : ",", network_.address(i), ":", kOperatorsPort);
+  }
+  return {local::ProgramPath("tessera-agent"),
+          "--control",
+          controls,
+          "--state-dir",
+          path(""),
+          "--ready-file",
+          path(".json"),
+          "--join-token-file",
+          path(".token"),
+          "--advertise-address",
+          network_.address(MachineOf(which)),
+          "--metrics-listen",
+          "127.0.0.1:0",
+          "--port-range",
+          "7800-7899",
+          "--capacity",
+          "4",
+          "--stop-workers"};
+}
+
+// --- Starting.
+
+// One for all members: by it clients know them, and it signs itself.
+absl::Status LastingStage::MakeEtcdCertificate() const {
+  std::string names = "subjectAltName=";
+  for (std::uint32_t i = 0; i < kLastingControls; ++i)
+    absl::StrAppend(&names, i == 0 ? "IP:" : ",IP:", network_.address(i));
+  auto made =
+      host::ChildProcess::Start({.argv = {kOpensslPath, "req", "-x509", "-newkey", "ec", "-pkeyopt",
+                                          "ec_paramgen_curve:P-256", "-nodes", "-keyout", folder_ + "/etcd.key", "-out",
+                                          folder_ + "/etcd.pem", "-days", "2", "-subj", "/CN=etcd", "-addext", names},
+                                 .log_path = folder_ + "/openssl.log"});
+  if (!made.ok()) return made.status();
+  const auto ended = made->Wait(kLastingPatience);
+  if (ended && ended->Clean()) return absl::OkStatus();
+  return absl::UnavailableError("openssl" + host::LastLinesText(folder_ + "/openssl.log", 3));
+}
+
+absl::Status LastingStage::Launch(Kind kind, std::uint32_t which) {
+  const std::uint32_t machine = kind == Kind::kAgent ? MachineOf(which) : which;
+  std::vector<std::string> argv = network_.Enter(machine);
+  const std::vector<std::string> own = Arguments(kind, which);
+  argv.insert(argv.end(), own.begin(), own.end());
+  fs::remove(Path(kind, which, ".json"));
+  auto started = host::ChildProcess::Start({.argv = argv, .log_path = Path(kind, which, ".log")});
+  if (!started.ok()) return started.status();
+  processes_.at(IndexOf(kind)).at(which) = *std::move(started);
+  return absl::OkStatus();
+}
+
+absl::Status LastingStage::Await(Kind kind, std::uint32_t which) {
+  if (kind == Kind::kEtcd || process(kind, which).WaitForFile(Path(kind, which, ".json"), kLastingPatience)) {
+    return absl::OkStatus();
+  }
+  return absl::UnavailableError(fmt::format("{} {}{}", kKindNames[IndexOf(kind)], which + 1, LastWords(kind, which)));
+}
+
+std::string LastingStage::LastWords(Kind kind, std::uint32_t which) const {
+  return host::LastLinesText(Path(kind, which, ".log"), 5);
+}
+
+absl::StatusOr<std::unique_ptr<LastingStage>> LastingStage::Start(const local::HostNetwork& network,
+                                                                  const std::string& folder) {
+  std::unique_ptr<LastingStage> stage(new LastingStage(network, folder));
+  absl::Status status = stage->MakeEtcdCertificate();
+  for (std::uint32_t i = 0; i < kLastingControls && status.ok(); ++i) status = stage->Launch(Kind::kEtcd, i);
+  if (status.ok()) status = stage->StartControls();
+  if (status.ok()) status = stage->TakeRights();
+  if (status.ok()) status = stage->StartHosts();
+  if (!status.ok()) return status;
+  return stage;
+}
+
+// The first one that leads makes the authority, and the seal that the others need.
+absl::Status LastingStage::StartControls() {
+  const auto authority = host::ReadFile(folder_ + "/etcd.pem", kMaxLastingFile);
+  if (!authority.ok()) return authority.status();
+  control::EtcdAddress address{
+      .endpoints = absl::StrSplit(EtcdEndpoints(), ','), .prefix = prefix(), .is_local = false};
+  auto client = control::EtcdClient::Make(address, {.authority = *authority, .certificate = {}, .key = {}});
+  if (!client.ok()) return client.status();
+  etcd_ = *std::move(client);
+  etcdserverpb::RangeRequest request;
+  request.set_key("x");
+  if (const auto up = etcd_->Range(request, kLastingPatience); !up.ok()) {
+    return absl::UnavailableError(absl::StrCat(up.status().message(), LastWords(Kind::kEtcd, 0)));
+  }
+  for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+    std::error_code error;
+    fs::create_directories(Path(Kind::kControl, i, ""), error);
+    if (i > 0) fs::copy(Path(Kind::kControl, 0, "/seal.key"), Path(Kind::kControl, i, "/seal.key"), error);
+    if (error) return absl::UnavailableError(absl::StrCat(Path(Kind::kControl, i, ""), ": ", error.message()));
+    if (absl::Status status = Launch(Kind::kControl, i); !status.ok()) return status;
+    if (absl::Status status = Await(Kind::kControl, i); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status LastingStage::TakeRights() {
+  try {
+    local::Connection socket(trust::ControlPoint("unix:" + Path(Kind::kControl, 0, "/control.sock")));
+    using Access = v1::AccessService::Stub;
+    const auto authority = socket.Call("authority", socket.access(), &Access::GetAuthority, v1::GetAuthorityRequest());
+    v1::CreateTokenRequest request;
+    request.set_name("lasting");
+    request.set_role(v1::ROLE_ADMINISTRATOR);
+    control_.credentials.bearer_token = socket.Call("token", socket.access(), &Access::CreateToken, request).secret();
+    for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+      const char* comma = i == 0 ? "" : ",";
+      absl::StrAppend(&control_.address, comma, network_.address(i), ":", kOperatorsPort, "#", authority.fingerprint());
+      absl::StrAppend(&players_, comma, network_.address(i), ":", kPlayersPort, "#", authority.fingerprint());
+    }
+  } catch (const std::exception& error) {
+    return absl::UnavailableError(error.what());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status LastingStage::StartHosts() {
+  try {
+    local::Connection connection(control_);
+    for (std::uint32_t i = 0; i < kLastingHosts; ++i) {
+      v1::AddHostRequest request;
+      request.set_name(absl::StrCat("host-", i + 1));
+      const auto added = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
+      if (absl::Status status = host::WriteFile(Path(Kind::kAgent, i, ".token"), added.join_token() + "\n",
+                                                host::Durability::kSurvivesProcess);
+          !status.ok()) {
+        return status;
+      }
+      if (absl::Status status = Launch(Kind::kAgent, i); !status.ok()) return status;
+    }
+  } catch (const std::exception& error) {
+    return absl::UnavailableError(error.what());
+  }
+  for (std::uint32_t i = 0; i < kLastingHosts; ++i) {
+    if (absl::Status status = Await(Kind::kAgent, i); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+// Whatever state it was left in: nothing of it runs on.
+LastingStage::~LastingStage() {
+  for (std::uint32_t i = 0; i < kLastingHosts; ++i) SignalHost(i, SIGCONT);
+  for (const auto& kind : processes_) {
+    for (const auto& one : kind) {
+      if (one) one->Signal(SIGCONT);
+    }
+  }
+  auto& agents = processes_.at(IndexOf(Kind::kAgent));
+  for (const auto& agent : agents) {
+    if (agent) agent->Signal(SIGTERM);
+  }
+  for (auto& agent : agents) {
+    if (agent) agent->End(kLastingEnd);
+  }
+  for (std::uint32_t i = 0; i < kLastingHosts; ++i) {
+    for (const Worker& worker : WorkersOn(i)) {
+      if (const auto left = host::Process::Adopt(worker.pid, worker.start_time); left.ok()) left->Signal(SIGKILL);
+    }
+  }
+  for (const Kind kind : {Kind::kControl, Kind::kEtcd}) {
+    for (auto& one : processes_.at(IndexOf(kind))) {
+      if (one) one->Signal(SIGKILL);
+    }
+    for (auto& one : processes_.at(IndexOf(kind))) one.reset();
+  }
+}
+
+// --- What is so.
+
+std::optional<std::uint32_t> LastingStage::Leader() const {
+  etcdserverpb::RangeRequest request;
+  request.set_key(absl::StrCat(prefix(), "/leader"));
+  const auto found = etcd_->Range(request, std::chrono::seconds(1));
+  if (!found.ok() || found->kvs_size() == 0) return std::nullopt;
+  const auto address = control::ReadLeaderAddress(found->kvs(0).value());
+  for (std::uint32_t i = 0; address && i < kLastingControls; ++i) {
+    if (address->operators == fmt::format("{}:{}", network_.address(i), kOperatorsPort)) return i;
+  }
+  return std::nullopt;
+}
+
+std::vector<LastingStage::Worker> LastingStage::WorkersOn(std::uint32_t host) const {
+  const auto text = host::ReadFile(Path(Kind::kAgent, host, "/workers.json"), kMaxLastingFile);
+  const auto file = nlohmann::json::parse(text.value_or("{}"), nullptr, false);
+  std::vector<Worker> workers;
+  if (!file.is_object() || !file.contains("workers")) return workers;
+  for (const nlohmann::json& record : file.at("workers")) {
+    const nlohmann::json& id = record.at("identity");
+    const auto number = [](const nlohmann::json& of, const char* name) -> std::uint64_t {
+      if (!of.contains(name)) return 0;
+      return of.at(name).is_string() ? std::stoull(of.at(name).get<std::string>()) : of.at(name).get<std::uint64_t>();
+    };
+    workers.push_back(
+        {.name = fmt::format("{}/{}#{}", id.value("instance_id", ""), number(id, "region"), number(id, "incarnation")),
+         .region = static_cast<std::uint32_t>(number(id, "region")),
+         .pid = static_cast<pid_t>(number(id, "pid")),
+         .start_time = number(record, "start_time"),
+         .metrics_port = static_cast<std::uint16_t>(number(record, "first_port") + 2)});
+  }
+  return workers;
+}
+
+// --- Faults.
+
+void LastingStage::Signal(Kind kind, std::uint32_t which, int signal) const { process(kind, which).Signal(signal); }
+
+void LastingStage::Kill(Kind kind, std::uint32_t which) {
+  Signal(kind, which, SIGKILL);
+  process(kind, which).Wait(kLastingEnd);
+}
+
+absl::Status LastingStage::Restart(Kind kind, std::uint32_t which) {
+  if (!process(kind, which).Wait(std::chrono::milliseconds(0))) return absl::OkStatus();
+  if (absl::Status status = Launch(kind, which); !status.ok()) return status;
+  return absl::OkStatus();
+}
+
+void LastingStage::SignalHost(std::uint32_t host, int signal) const {
+  if (!processes_.at(IndexOf(Kind::kAgent)).at(host)) return;
+  Signal(Kind::kAgent, host, signal);
+  for (const Worker& worker : WorkersOn(host)) {
+    if (const auto found = host::Process::Adopt(worker.pid, worker.start_time); found.ok()) found->Signal(signal);
+  }
+}
+
+}  // namespace tessera::bench

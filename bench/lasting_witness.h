@@ -1,0 +1,84 @@
+// LastingWitnesses: those who write down what a cluster says and does (lasting_history.h), each in a thread of its own:
+// one who makes changes, one who asks for the world's state, one on each host who reads the workers' figures there, and
+// players, who count how often they were thrown out.
+//
+//   LastingWitnesses witnesses(stage, "inst-1", players);
+//   ... faults ...
+//   const double struck = witnesses.Now();
+//   witnesses.AcknowledgedAfter(struck, patience);
+//   History history = witnesses.End();
+//
+// Thread rule: one thread; End once.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "bench/lasting_history.h"
+#include "bench/lasting_stage.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::bench {
+
+class LastingWitnesses {
+ public:
+  // `channels` of witnesses are dialled here: errors as of trust::Dial.
+  static absl::StatusOr<std::unique_ptr<LastingWitnesses>> Begin(const LastingStage& stage, const std::string& instance,
+                                                                 std::uint32_t players);
+  ~LastingWitnesses();
+  LastingWitnesses(const LastingWitnesses&) = delete;
+  LastingWitnesses& operator=(const LastingWitnesses&) = delete;
+
+  // Seconds since it began.
+  double Now() const;
+  // When the first change that was asked for after `since` was acknowledged; nothing within `patience`.
+  std::optional<double> AcknowledgedAfter(double since, std::chrono::seconds patience);
+  // The last answer about the world, if one was asked for after `since`.
+  std::optional<v1::Instance> LatestAfter(double since) const;
+  // When every region of the last known map that is later than `map`, had stepped after `since`; nothing within
+  // `patience`. `map` 0: of whatever map.
+  std::optional<double> SteppedAfter(double since, std::uint64_t map, std::chrono::seconds patience);
+  std::uint64_t players_dropped() const { return dropped_; }
+
+  // So many more players join.
+  void LetPlay(std::uint32_t players);
+  // All witnesses go home. The cluster runs on.
+  History End();
+  // Names of hosts that the cluster has now. UNAVAILABLE: nobody says.
+  absl::StatusOr<std::set<std::string>> KnownHosts() const;
+
+ private:
+  struct Channels;
+  LastingWitnesses(const LastingStage& stage, std::string instance);
+  void MakeChanges();
+  bool MakeChange(const std::string& name, bool add);
+  void AskForTheWorld();
+  void ReadWorkers(std::uint32_t host);
+  void Play(std::uint32_t number);
+  void FollowWrites();
+  bool WaitFor(const std::function<bool()>& holds, std::chrono::seconds patience) const;
+
+  const LastingStage& stage_;
+  const std::string instance_;
+  const std::chrono::steady_clock::time_point begin_;
+  std::unique_ptr<Channels> channels_;
+  std::atomic<bool> ended_{false};
+  std::atomic<std::uint64_t> dropped_{0};
+  std::uint32_t players_ = 0;  // that were let play
+  mutable std::mutex mutex_;   // guards what follows
+  History history_;
+  std::optional<v1::Instance> latest_;
+  double latest_asked_ = 0;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace tessera::bench
