@@ -154,9 +154,9 @@ class GameHost {
   void RunTimersOf(BodyId id, GameWorld& world);
   // Calls the game if it has the callback and it is not off. `prepare` changes what is committed with the call's own
   // effects, and is kept when the call fails.
-  template <class Prepare>
+  using Prepare = absl::FunctionRef<bool(Transaction&)>;
   void Call(GameWorld& world, std::uint32_t callback, BodyId self, std::uint16_t kind,
-            std::span<const tessera_game_value> arguments, const Prepare& prepare);
+            std::span<const tessera_game_value> arguments, Prepare prepare);
   void Call(GameWorld& world, std::uint32_t callback, BodyId self, std::uint16_t kind,
             std::span<const tessera_game_value> arguments);
   void NoteCost(Handler& handler, std::uint32_t callback, std::uint16_t kind, std::uint64_t instructions, bool failed);

@@ -10,14 +10,13 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/game/arguments.h"
 #include "core/game/message_calls.h"
 #include "core/game/settings.h"
 #include "core/game/value.h"
 
 namespace tessera::game {
 namespace {
-
-using JointArguments = std::span<const tessera_game_value>;
 
 // In the message that asks for a joint: the joint as bytes.
 constexpr char kJointField[] = "joint";
@@ -29,13 +28,6 @@ struct JointKindName {
 constexpr JointKindName kJointKinds[] = {{"ball", GameJointKind::kBall},     {"fixed", GameJointKind::kFixed},
                                          {"hinge", GameJointKind::kHinge},   {"slider", GameJointKind::kSlider},
                                          {"spring", GameJointKind::kSpring}, {"distance", GameJointKind::kDistance}};
-
-Vec3d VectorGiven(const tessera_game_value& value) {
-  return {value.as.vector[0], value.as.vector[1], value.as.vector[2]};
-}
-double NumberGiven(const tessera_game_value& value) {
-  return value.type == TESSERA_GAME_WHOLE ? static_cast<double>(value.as.whole) : value.as.real;
-}
 
 absl::Status JointFault(absl::string_view function, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat(function, ": ", what));
@@ -59,7 +51,7 @@ class JointReader {
  public:
   JointReader(tessera_game_call& call, BodyId self, BodyId other) : call_(call), self_(self), other_(other) {}
 
-  absl::StatusOr<GameJoint> Read(JointArguments arguments) {
+  absl::StatusOr<GameJoint> Read(CallArguments arguments) {
     const bool given = arguments.size() > 1 && arguments[1].type == TESSERA_GAME_FIELDS;
     if (given) {
       for (const tessera_game_field& field : std::span(arguments[1].as.fields, arguments[1].count)) {
@@ -121,7 +113,7 @@ class JointReader {
 
   static absl::Status TakeNumber(std::string_view name, const tessera_game_value& value, double least, double most,
                                  std::optional<double>& out) {
-    if (value.type != TESSERA_GAME_REAL && value.type != TESSERA_GAME_WHOLE) return Wrong(name, "must be a number");
+    if (!IsNumber(value)) return Wrong(name, "must be a number");
     out = NumberGiven(value);
     // Not <: what is not a number fails, too.
     if (*out >= least && *out <= most) return absl::OkStatus();
@@ -279,7 +271,7 @@ absl::Status Decide(tessera_game_call& call, BodyId body, GameJoint joint) {
 }
 
 absl::StatusOr<tessera_game_value> Connect(tessera_game_call& call, BodyId self, BodyId other,
-                                           JointArguments arguments) {
+                                           CallArguments arguments) {
   absl::StatusOr<GameJoint> joint = JointReader(call, self, other).Read(arguments);
   if (!joint.ok()) return joint.status();
   const BodyId lower = std::min(self, other);
@@ -304,7 +296,7 @@ absl::StatusOr<tessera_game_value> Connect(tessera_game_call& call, BodyId self,
 }
 
 absl::StatusOr<tessera_game_value> Disconnect(tessera_game_call& call, const Function& function, BodyId self,
-                                              BodyId other, JointArguments arguments) {
+                                              BodyId other, CallArguments arguments) {
   const BodyId lower = std::min(self, other), higher = std::max(self, other);
   Transaction::Changes* const own = call.transaction.Own(lower);
   if (own == nullptr) {

@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/game/arguments.h"
 #include "core/game/settings.h"
 #include "core/game/value.h"
 #include "core/world/limits.h"
@@ -18,23 +19,11 @@
 namespace tessera::game {
 namespace {
 
-using MotionArguments = std::span<const tessera_game_value>;
-
-bool IsGiven(MotionArguments arguments, std::size_t index) {
-  return index < arguments.size() && arguments[index].type != TESSERA_GAME_NOTHING;
-}
-Vec3d VectorFrom(const tessera_game_value& value) {
-  return {value.as.vector[0], value.as.vector[1], value.as.vector[2]};
-}
-double RealFrom(const tessera_game_value& value) {
-  return value.type == TESSERA_GAME_WHOLE ? static_cast<double>(value.as.whole) : value.as.real;
-}
-
 // Carries out one call. What is wrong is named as game code wrote it: "teleport: `options.spin` is above ...".
 class MotionCall {
  public:
   MotionCall(tessera_game_call& call, const Function& function, BodyId id, const BodyDef& def,
-             Transaction::Changes& body, MotionArguments arguments)
+             Transaction::Changes& body, CallArguments arguments)
       : call_(call), function_(function), id_(id), def_(def), record_(body.record), arguments_(arguments) {}
 
   absl::StatusOr<tessera_game_value> Run() {
@@ -45,7 +34,7 @@ class MotionCall {
       case kBodyCancelPush:
         return ToInterface(GameValue(CancelPush()));
       case kBodySetSpin:
-        return Nothing(SetSpin(VectorFrom(arguments_[0]), "spin"));
+        return Nothing(SetSpin(VectorGiven(arguments_[0]), "spin"));
       case kBodyTeleport:
         return Nothing(Teleport());
       case kBodyWake:
@@ -90,8 +79,8 @@ class MotionCall {
   absl::StatusOr<tessera_game_value> PushFor() {
     const std::int64_t ticks = arguments_[0].as.whole;
     if (absl::Status status = CheckTicks(ticks, kMaxForceTicks); !status.ok()) return status;
-    const Vec3d force_n = VectorFrom(arguments_[1]);
-    const Vec3d torque_nm = IsGiven(arguments_, 2) ? VectorFrom(arguments_[2]) : Vec3d();
+    const Vec3d force_n = VectorGiven(arguments_[1]);
+    const Vec3d torque_nm = IsGiven(arguments_, 2) ? VectorGiven(arguments_[2]) : Vec3d();
     if (Length(force_n) > kMaxAcceleration_m_s2 * def_.mass_kg) {
       return Wrong(absl::StrCat("`force` makes a body of ", def_.mass_kg, " kg faster by more than ",
                                 kMaxAcceleration_m_s2, " m/s^2"));
@@ -178,7 +167,7 @@ class MotionCall {
                           std::optional<Vec3f>& out) const {
     const absl::string_view shown(name.data(), name.size());
     if (value.type != TESSERA_GAME_VECTOR) return Wrong(absl::StrCat("`", shown, "` must be a vector"));
-    const Vec3d vector = VectorFrom(value);
+    const Vec3d vector = VectorGiven(value);
     if (!IsFinite(vector)) return Wrong(absl::StrCat("`", shown, "` is not finite"));
     if (Length(vector) > most) {
       return Wrong(absl::StrCat("`", shown, "` is above ", most, " ", absl::string_view(unit.data(), unit.size())));
@@ -188,7 +177,7 @@ class MotionCall {
   }
 
   absl::Status Teleport() {
-    GameTeleport to{VectorFrom(arguments_[0]), {}, {}, {}};
+    GameTeleport to{VectorGiven(arguments_[0]), {}, {}, {}};
     if (absl::Status status = CheckPlace(to.position); !status.ok()) return status;
     if (IsGiven(arguments_, 1)) {
       const absl::StatusOr<Quatd> rotation = RotationFrom(arguments_[1]);
@@ -226,7 +215,7 @@ class MotionCall {
   }
 
   absl::Status SetGravity() {
-    const double factor = RealFrom(arguments_[0]);
+    const double factor = NumberGiven(arguments_[0]);
     const double most = kMaxTunedGravity;
     if (!(std::abs(factor) <= most))
       return Wrong(absl::StrCat("`factor` must be -", most, " to ", most, ", got ", factor));
@@ -246,10 +235,10 @@ class MotionCall {
     for (std::size_t i = 0; i < 2; ++i) {
       if (given[i] == nullptr) continue;
       const std::string name(kNames[i]);
-      if (given[i]->type != TESSERA_GAME_REAL && given[i]->type != TESSERA_GAME_WHOLE) {
+      if (!IsNumber(*given[i])) {
         return Wrong(absl::StrCat("`material.", name, "` must be a number"));
       }
-      const double value = RealFrom(*given[i]);
+      const double value = NumberGiven(*given[i]);
       if (!(value >= 0 && value <= kMost[i])) {
         return Wrong(absl::StrCat("`material.", name, "` must be 0 to ", kMost[i], ", got ", value));
       }
@@ -271,7 +260,7 @@ class MotionCall {
   }
 
   absl::Status MoveTo() {
-    const Vec3d position = VectorFrom(arguments_[0]);
+    const Vec3d position = VectorGiven(arguments_[0]);
     if (absl::Status status = CheckPlace(position); !status.ok()) return status;
     const std::int64_t ticks = arguments_[2].as.whole;
     if (absl::Status status = CheckTicks(ticks, kMaxMoveTicks); !status.ok()) return status;
@@ -296,7 +285,7 @@ class MotionCall {
   const BodyId id_;
   const BodyDef& def_;
   GameRecord& record_;
-  const MotionArguments arguments_;
+  const CallArguments arguments_;
 };
 
 }  // namespace

@@ -18,15 +18,21 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/game/arguments.h"
+#include "core/world/limits.h"
 #include "core/world/math.h"
-#include "game_sdk/api/api.h"
 
 namespace tessera::game {
 
 class OptionReader {
  public:
   OptionReader(const Function& function, const tessera_game_value& table)
-      : function_(function.name.data(), function.name.size()), fields_(table.as.fields, table.count) {}
+      : function_(ViewOf(function.name)), fields_(FieldsGiven(table)) {}
+  // The table is the first of these, or left out; `path` goes before each name where it is said: "options.".
+  OptionReader(const Function& function, CallArguments table, std::string_view path)
+      : function_(ViewOf(function.name)), path_(ViewOf(path)) {
+    if (IsGiven(table, 0)) fields_ = FieldsGiven(table[0]);
+  }
 
   // The value as it was given, or null.
   const tessera_game_value* Any(std::string_view name) {
@@ -40,14 +46,38 @@ class OptionReader {
   std::optional<double> Number(std::string_view name, double least, double most) {
     const tessera_game_value* const value = Any(name);
     if (value == nullptr) return std::nullopt;
-    if (value->type != TESSERA_GAME_REAL && value->type != TESSERA_GAME_WHOLE) {
+    if (!IsNumber(*value)) {
       Fault(name, "must be a number");
       return std::nullopt;
     }
-    const double number = value->type == TESSERA_GAME_REAL ? value->as.real : static_cast<double>(value->as.whole);
+    const double number = NumberGiven(*value);
     // Not <: what is not a number fails, too.
     if (number >= least && number <= most) return number;
     Fault(name, absl::StrCat("must be ", least, " to ", most, ", got ", number));
+    return std::nullopt;
+  }
+  std::optional<std::int64_t> Whole(std::string_view name, std::int64_t least, std::int64_t most) {
+    const tessera_game_value* const value = Any(name);
+    if (value == nullptr) return std::nullopt;
+    if (value->type != TESSERA_GAME_WHOLE) {
+      Fault(name, "must be a whole number");
+      return std::nullopt;
+    }
+    if (value->as.whole >= least && value->as.whole <= most) return value->as.whole;
+    Fault(name, absl::StrCat("must be ", least, " to ", most, ", got ", value->as.whole));
+    return std::nullopt;
+  }
+  // Of length 1.
+  std::optional<Quatd> Rotation(std::string_view name) {
+    const tessera_game_value* const value = Any(name);
+    if (value == nullptr) return std::nullopt;
+    if (value->type != TESSERA_GAME_ROTATION) {
+      Fault(name, "must be a rotation");
+      return std::nullopt;
+    }
+    // Not >: what is not a number fails, too.
+    if (std::abs(Length(RotationGiven(*value)) - 1) <= kUnitTolerance) return Normalized(RotationGiven(*value));
+    Fault(name, "is not of length 1");
     return std::nullopt;
   }
   std::optional<Vec3d> Vector(std::string_view name) {
@@ -57,7 +87,7 @@ class OptionReader {
       Fault(name, "must be a vector");
       return std::nullopt;
     }
-    const Vec3d vector{value->as.vector[0], value->as.vector[1], value->as.vector[2]};
+    const Vec3d vector = VectorGiven(*value);
     if (IsFinite(vector)) return vector;
     Fault(name, "is not finite");
     return std::nullopt;
@@ -73,8 +103,7 @@ class OptionReader {
   // The first fault counts.
   void Fault(std::string_view name, absl::string_view what) {
     if (!status_.ok()) return;
-    status_ = absl::InvalidArgumentError(
-        absl::StrCat(function_, ": `", absl::string_view(name.data(), name.size()), "` ", what));
+    status_ = absl::InvalidArgumentError(absl::StrCat(function_, ": `", path_, ViewOf(name), "` ", what));
   }
   // Once all have been taken.
   absl::Status status() const {
@@ -83,14 +112,14 @@ class OptionReader {
       const absl::string_view name(field.name, std::min<std::size_t>(field.name_bytes, 63));
       if (std::ranges::find(names_, name) != names_.end()) continue;
       return absl::InvalidArgumentError(
-          absl::StrCat(function_, ": `", name, "` is none of ", absl::StrJoin(names_, ", ")));
+          absl::StrCat(function_, ": `", path_, name, "` is none of ", absl::StrJoin(names_, ", ")));
     }
     return absl::InvalidArgumentError(absl::StrCat(function_, ": a name is given twice"));
   }
 
  private:
-  const absl::string_view function_;
-  const std::span<const tessera_game_field> fields_;
+  const absl::string_view function_, path_;
+  std::span<const tessera_game_field> fields_;
   std::vector<absl::string_view> names_;
   std::size_t taken_ = 0;
   absl::Status status_;

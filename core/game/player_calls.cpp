@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/game/arguments.h"
 #include "core/game/control_calls.h"
 #include "core/game/player_record.h"
 #include "core/game/settings.h"
@@ -24,8 +25,6 @@ absl::string_view NameOf(const Function& function) { return {function.name.data(
 absl::Status Refusal(const Function& function, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat(NameOf(function), ": ", what));
 }
-
-std::string_view TextGiven(const tessera_game_value& value) { return {value.as.text, value.count}; }
 
 tessera_game_value FlagValue(bool flag) { return ToInterface(GameValue(flag)); }
 

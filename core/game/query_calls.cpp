@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/game/arguments.h"
 #include "core/game/question.h"
 #include "core/world/limits.h"
 #include "core/world/query.h"
@@ -19,21 +20,11 @@
 namespace tessera::game {
 namespace {
 
-using QueryArguments = std::span<const tessera_game_value>;
 using QueryFields = std::span<const tessera_game_field>;
 
-absl::string_view Seen(std::string_view text) { return {text.data(), text.size()}; }
 std::string_view FieldName(const tessera_game_field& field) { return {field.name, field.name_bytes}; }
-std::string_view TextIn(const tessera_game_value& value) { return {value.as.text, value.count}; }
-Vec3d VectorIn(const tessera_game_value& value) { return {value.as.vector[0], value.as.vector[1], value.as.vector[2]}; }
 bool Asks(std::uint32_t function) {
   return function == kWorldAskRay || function == kWorldAskSweep || function == kWorldAskOverlap;
-}
-bool IsQueryNumber(const tessera_game_value& value) {
-  return value.type == TESSERA_GAME_REAL || value.type == TESSERA_GAME_WHOLE;
-}
-double NumberIn(const tessera_game_value& value) {
-  return value.type == TESSERA_GAME_REAL ? value.as.real : static_cast<double>(value.as.whole);
 }
 
 // Reads the arguments of one query; what is wrong is named as game code wrote it: "ray: `options.layers` must be ...".
@@ -41,22 +32,22 @@ class QueryReader {
  public:
   QueryReader(const Function& function, const tessera_game_call& call) : function_(function), call_(call) {}
 
-  absl::StatusOr<BodyQuery> Read(QueryArguments arguments) {
+  absl::StatusOr<BodyQuery> Read(CallArguments arguments) {
     BodyQuery query;
     const bool still = function_.number == kWorldOverlap || function_.number == kWorldAskOverlap;
     const bool shaped = still || function_.number == kWorldSweep || function_.number == kWorldAskSweep;
     if (shaped) {
-      if (absl::Status status = ReadShape(FieldsIn(arguments[0]), query); !status.ok()) return status;
+      if (absl::Status status = ReadShape(FieldsGiven(arguments[0]), query); !status.ok()) return status;
     }
-    const QueryArguments rest = arguments.subspan(shaped ? 1 : 0);
-    query.from = VectorIn(rest[0]);
-    query.to = still ? query.from : VectorIn(rest[1]);
+    const CallArguments rest = arguments.subspan(shaped ? 1 : 0);
+    query.from = VectorGiven(rest[0]);
+    query.to = still ? query.from : VectorGiven(rest[1]);
     if (absl::Status status = CheckWay(query, still); !status.ok()) return status;
     query.most_hits = still ? kMaxQueryHits : function_.number == kWorldRayAll ? kUsualQueryHits : 1;
     if (call_.self != BodyId()) query.filter.ignored.push_back(call_.self);
     const std::size_t options = still ? 1 : 2;
     if (rest.size() > options && rest[options].type == TESSERA_GAME_FIELDS) {
-      if (absl::Status status = ReadOptions(FieldsIn(rest[options]), query); !status.ok()) return status;
+      if (absl::Status status = ReadOptions(FieldsGiven(rest[options]), query); !status.ok()) return status;
     }
     return query;
   }
@@ -83,10 +74,9 @@ class QueryReader {
   }
 
  private:
-  static QueryFields FieldsIn(const tessera_game_value& value) { return {value.as.fields, value.count}; }
-
   absl::Status Wrong(std::string_view argument, std::string_view what) const {
-    return absl::InvalidArgumentError(absl::StrCat(Seen(function_.name), ": `", Seen(argument), "` ", Seen(what)));
+    return absl::InvalidArgumentError(
+        absl::StrCat(ViewOf(function_.name), ": `", ViewOf(argument), "` ", ViewOf(what)));
   }
 
   absl::Status CheckWay(const BodyQuery& query, bool still) const {
@@ -105,9 +95,9 @@ class QueryReader {
   }
 
   absl::Status ReadExtent(const tessera_game_field& field, double* extent) const {
-    const std::string argument = absl::StrCat("shape.", Seen(FieldName(field)));
-    if (!IsQueryNumber(field.value)) return Wrong(argument, "must be a number");
-    *extent = NumberIn(field.value);
+    const std::string argument = absl::StrCat("shape.", ViewOf(FieldName(field)));
+    if (!IsNumber(field.value)) return Wrong(argument, "must be a number");
+    *extent = NumberGiven(field.value);
     // Not <: what is not a number fails, too.
     if (!(*extent >= kMinQueryExtent_m && *extent <= kMaxQueryExtent_m)) return Wrong(argument, Range());
     return absl::OkStatus();
@@ -124,18 +114,17 @@ class QueryReader {
         if (absl::Status status = ReadExtent(field, &extent); !status.ok()) return status;
       } else if (name == "half_extents") {
         if (field.value.type != TESSERA_GAME_VECTOR) return Wrong("shape.half_extents", "must be a vector");
-        const Vec3d half = half_extents.emplace(VectorIn(field.value));
+        const Vec3d half = half_extents.emplace(VectorGiven(field.value));
         for (const double axis : {half.x, half.y, half.z}) {
           if (!(axis >= kMinQueryExtent_m && axis <= kMaxQueryExtent_m)) return Wrong("shape.half_extents", Range());
         }
       } else if (name == "rotation") {
         if (field.value.type != TESSERA_GAME_ROTATION) return Wrong("shape.rotation", "must be a rotation");
-        const double* axes = field.value.as.rotation;
-        query.orientation = {axes[0], axes[1], axes[2], axes[3]};
+        query.orientation = RotationGiven(field.value);
         if (!(std::abs(Length(query.orientation) - 1) <= kUnitTolerance)) return Wrong("shape.rotation", "is not unit");
         query.orientation = Normalized(query.orientation);
       } else {
-        return Wrong(absl::StrCat("shape.", Seen(name)), kShapes);
+        return Wrong(absl::StrCat("shape.", ViewOf(name)), kShapes);
       }
     }
     if (half_extents && !radius && !half_height) {
@@ -150,7 +139,7 @@ class QueryReader {
 
   absl::Status ReadFlag(const tessera_game_field& field, bool* flag) const {
     if (field.value.type != TESSERA_GAME_FLAG) {
-      return Wrong(absl::StrCat("options.", Seen(FieldName(field))), "must be true or false");
+      return Wrong(absl::StrCat("options.", ViewOf(FieldName(field))), "must be true or false");
     }
     *flag = field.value.as.whole != 0;
     return absl::OkStatus();
@@ -167,10 +156,10 @@ class QueryReader {
     *mask = 0;
     for (const tessera_game_value& one : ListIn(value)) {
       if (one.type != TESSERA_GAME_TEXT) return Wrong("options.layers", "must be a layer's name or a list of names");
-      const auto named = std::ranges::find(layers, TextIn(one));
+      const auto named = std::ranges::find(layers, TextGiven(one));
       if (named == layers.end()) {
         return Wrong("options.layers",
-                     absl::StrCat("names \"", Seen(TextIn(one).substr(0, kMaxLayerLength)),
+                     absl::StrCat("names \"", ViewOf(TextGiven(one).substr(0, kMaxLayerLength)),
                                   "\", which the scene does not; its layers: ", absl::StrJoin(layers, ", ")));
       }
       *mask |= 1u << static_cast<unsigned>(named - layers.begin());
@@ -194,9 +183,9 @@ class QueryReader {
     const std::vector<std::string>& kinds = call_.transaction.world().scene().kinds;
     for (const tessera_game_value& one : ListIn(value)) {
       if (one.type != TESSERA_GAME_TEXT) return Wrong("options.kinds", "must be a kind or a list of kinds");
-      const auto named = std::ranges::find(kinds, TextIn(one));
+      const auto named = std::ranges::find(kinds, TextGiven(one));
       if (named == kinds.end() || named->empty()) {
-        return Wrong("options.kinds", absl::StrCat("names \"", Seen(TextIn(one).substr(0, kMaxKindLength)),
+        return Wrong("options.kinds", absl::StrCat("names \"", ViewOf(TextGiven(one).substr(0, kMaxKindLength)),
                                                    "\", which no body of the scene has"));
       }
       kinds_.push_back(static_cast<std::uint16_t>(named - kinds.begin()));
@@ -207,9 +196,9 @@ class QueryReader {
   absl::Status ReadProperty(const tessera_game_value& value) {
     if (value.type != TESSERA_GAME_TEXT) return Wrong("options.property", "must be the name of a property");
     const std::vector<PropertyDef>& properties = call_.transaction.world().scene().properties;
-    const auto named = std::ranges::find(properties, TextIn(value), &PropertyDef::name);
+    const auto named = std::ranges::find(properties, TextGiven(value), &PropertyDef::name);
     if (named == properties.end()) {
-      return Wrong("options.property", absl::StrCat("names \"", Seen(TextIn(value).substr(0, kMaxNameLength)),
+      return Wrong("options.property", absl::StrCat("names \"", ViewOf(TextGiven(value).substr(0, kMaxNameLength)),
                                                     "\", which the scene does not declare"));
     }
     property_ = &*named;
@@ -225,9 +214,9 @@ class QueryReader {
   }
 
   absl::Status ReadTime(const tessera_game_value& value, std::optional<double>* tick) const {
-    if (!IsQueryNumber(value)) return Wrong("options.at_time", "must be a number, a tick and a part of one");
+    if (!IsNumber(value)) return Wrong("options.at_time", "must be a number, a tick and a part of one");
     const auto now = static_cast<double>(call_.tick.value());
-    const double at = NumberIn(value), most = kMaxLookBack_s * call_.transaction.world().scene().tick_rate_hz;
+    const double at = NumberGiven(value), most = kMaxLookBack_s * call_.transaction.world().scene().tick_rate_hz;
     // Not <: what is not a number fails, too.
     if (!(at >= now - most - kTimeTolerance && at <= now)) {
       return Wrong("options.at_time", absl::StrCat("must be from ", now - most, " to ", now, ", got ", at));
@@ -253,7 +242,7 @@ class QueryReader {
       return absl::OkStatus();
     }
     if (name == "limit" && lists) return ReadLimit(field.value, &query.most_hits);
-    return Wrong(absl::StrCat("options.", Seen(name.substr(0, kMaxLayerLength))),
+    return Wrong(absl::StrCat("options.", ViewOf(name.substr(0, kMaxLayerLength))),
                  absl::StrCat("is no option; there are: at_time, dynamic, ignore, kinds, layers",
                               lists ? ", limit" : "", ", property, self, static, triggers, value"));
   }
@@ -295,7 +284,7 @@ class QueryReader {
 constexpr std::uint64_t kAskInstructions = 200;
 
 // Reads what stands after the query's own arguments: values for the answer.
-absl::StatusOr<std::vector<std::uint8_t>> ValuesIn(const Function& function, QueryArguments arguments) {
+absl::StatusOr<std::vector<std::uint8_t>> ValuesIn(const Function& function, CallArguments arguments) {
   if (arguments.size() < function.parameters.size()) return std::vector<std::uint8_t>();
   const tessera_game_value& given = arguments.back();
   if (given.type == TESSERA_GAME_NOTHING) return std::vector<std::uint8_t>();
@@ -304,12 +293,10 @@ absl::StatusOr<std::vector<std::uint8_t>> ValuesIn(const Function& function, Que
   return EncodeFields(*fields);
 }
 
-absl::Status AskRegions(tessera_game_call& call, const Function& function, QueryArguments arguments) {
-  const auto wrong = [&](std::string_view what) {
-    return absl::InvalidArgumentError(absl::StrCat(Seen(function.name), ": ", Seen(what)));
-  };
+absl::Status AskRegions(tessera_game_call& call, const Function& function, CallArguments arguments) {
+  const auto wrong = [&](std::string_view what) { return ArgumentFault(function.name, what); };
   call.instructions += kAskInstructions;
-  const std::string_view name = TextIn(arguments[0]);
+  const std::string_view name = TextGiven(arguments[0]);
   if (name.empty() || name.size() > kMaxQuestionNameBytes) return wrong("`name` must have 1 to 32 bytes");
   if (!IsUtf8(name)) return wrong("`name` is not UTF-8");
   QueryReader reader(function, call);
@@ -321,14 +308,14 @@ absl::Status AskRegions(tessera_game_call& call, const Function& function, Query
   Transaction::Changes* const record = call.transaction.Own(asker);
   if (record == nullptr) {
     return absl::FailedPreconditionError(
-        absl::StrCat(Seen(function.name), ": ",
+        absl::StrCat(ViewOf(function.name), ": ",
                      asker == kInstanceBody ? "this region does not own the world's record"
                                             : absl::StrCat("this region does not own body ", asker.value()),
                      ", so nobody would get the answer"));
   }
   if (record->record.questions.size() >= kMaxQuestions) {
     return absl::ResourceExhaustedError(
-        absl::StrCat(Seen(function.name), ": ", kMaxQuestions, " questions wait for their answers already"));
+        absl::StrCat(ViewOf(function.name), ": ", kMaxQuestions, " questions wait for their answers already"));
   }
   GameQuestion question;
   question.number = ++record->record.last_question;
@@ -343,8 +330,6 @@ absl::Status AskRegions(tessera_game_call& call, const Function& function, Query
 
 // --- Results
 
-tessera_game_value ValueOfBody(BodyId id) { return ToInterface(GameValue(id)); }
-
 tessera_game_field HitField(std::string_view name, tessera_game_value value) {
   return {name.data(), name.size(), value};
 }
@@ -353,7 +338,7 @@ constexpr std::size_t kFieldsOfHit = 5;
 
 // Writes the fields of a hit, ascending by name, from `fields` on.
 tessera_game_value ValueOfHit(const QueryHit& hit, double length_m, tessera_game_field* fields) {
-  fields[0] = HitField("body", ValueOfBody(hit.body));
+  fields[0] = HitField("body", BodyResult(hit.body));
   fields[1] = HitField("distance", ToInterface(GameValue(hit.fraction * length_m)));
   fields[2] = HitField("fraction", ToInterface(GameValue(hit.fraction)));
   fields[3] = HitField("normal", ToInterface(GameValue(hit.normal)));
@@ -377,7 +362,7 @@ tessera_game_value ValueOfHits(tessera_game_call& call, const Function& function
                                const std::vector<QueryHit>& hits) {
   call.values.clear();
   if (function.number == kWorldOverlap) {
-    for (const QueryHit& hit : hits) call.values.push_back(ValueOfBody(hit.body));
+    for (const QueryHit& hit : hits) call.values.push_back(BodyResult(hit.body));
     return HitList(call.values);
   }
   const double length_m = Length(query.to - query.from);
@@ -402,7 +387,7 @@ tessera_game_value HitsValue(const std::vector<QueryHit>& hits, double length_m,
 }
 
 absl::StatusOr<tessera_game_value> CallQuery(tessera_game_call& call, const Function& function,
-                                             QueryArguments arguments) {
+                                             CallArguments arguments) {
   if (Asks(function.number)) {
     const absl::Status status = AskRegions(call, function, arguments);
     if (!status.ok()) return status;
@@ -417,7 +402,7 @@ absl::StatusOr<tessera_game_value> CallQuery(tessera_game_call& call, const Func
   if (!result.complete) {
     call.instructions = std::max(call.instructions, call.budget + 1);  // the callback fails, whatever it does now
     return absl::ResourceExhaustedError(
-        absl::StrCat(Seen(function.name), ": meets more than the callback's instructions can pay for"));
+        absl::StrCat(ViewOf(function.name), ": meets more than the callback's instructions can pay for"));
   }
   return ValueOfHits(call, function, *query, result.hits);
 }
