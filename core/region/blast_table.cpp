@@ -75,23 +75,21 @@ void BlastTable::SettleFresh(Tick now, const Bodies& bodies, RecordTable& record
       continue;
     }
     const OwnedBody& body = bodies.owned()[static_cast<std::size_t>(index)];
-    const std::vector<BlastMark> before = records.Of(*at).game.blasts;
     GameRecord settled;
-    settled.blasts = before;
-    std::vector<BlastMark> kept = before;
+    settled.blasts = records.Of(*at).game.blasts;
+    std::vector<BlastMark> to_come = settled.blasts;  // marks of blasts that this region may yet hear of
     for (const KeptBlast& known : kept_) {
       if (!known.acted) continue;
       if (!IsSettledFor(settled, known.blast.id)) ActOn(known.blast, body, records, events);
-      std::erase_if(kept, [&](const BlastMark& mark) { return mark.id == known.blast.id; });
+      std::erase_if(to_come, [&](const BlastMark& mark) { return mark.id == known.blast.id; });
     }
-    std::erase_if(kept, [now](const BlastMark& mark) { return mark.ends < now; });
-    if (kept != before) {
-      GameRecord record = records.Of(*at).game;
-      record.blasts = kept;
-      records.Put(*at, record);
-    }
+    std::erase_if(to_come, [now](const BlastMark& mark) { return mark.ends < now; });
     // With marks of blasts that are to come it is looked at again.
-    at = kept.empty() ? fresh_.erase(at) : std::next(at);
+    const bool again = !to_come.empty();
+    GameRecord record = records.Of(*at).game;
+    record.blasts = std::move(to_come);
+    records.Put(*at, record);
+    at = again ? std::next(at) : fresh_.erase(at);
   }
 }
 
@@ -108,6 +106,12 @@ std::vector<game::GameEvent> BlastTable::Act(Tick now, const Bodies& bodies, Rec
       ActOn(kept.blast, body, records, events);
     }
     kept.acted = true;
+  }
+  // All that has acted is settled for those that are looked at again.
+  for (const BodyId id : fresh_) {
+    GameRecord record = records.Of(id).game;
+    MarkSettled(kept_, record);
+    records.Put(id, record);
   }
   return events;
 }

@@ -89,6 +89,20 @@ TEST_F(BlastTableTest, AMarkOutlivesThatItsBlastIsUnknown) {
   EXPECT_THAT(MarksOf(1), IsEmpty());
 }
 
+// One with a mark of a blast that is not known here is looked at in each tick.
+TEST_F(BlastTableTest, OthersActOnceOnWhoHasAMarkOfAnUnknownOne) {
+  table.Make(BlastAt({-3, 0, 0}, 8, 3), Tick(1));
+  table.Make(BlastAt({-3, 0, 0}, 9, 6), Tick(1));
+  EXPECT_THAT(Act(3), ElementsAre(1U, 2U));
+  world.Own(3);
+  GiveMark(3, 7, 605);
+  EXPECT_THAT(Act(4), ElementsAre(3U)) << "by 8";
+  EXPECT_THAT(Act(5), IsEmpty());
+  EXPECT_THAT(Act(6), ElementsAre(1U, 2U, 3U)) << "by 9";
+  EXPECT_THAT(Act(7), IsEmpty());
+  EXPECT_THAT(MarksOf(3), ElementsAre(7U, 8U, 9U));
+}
+
 TEST_F(BlastTableTest, AMarkEndsWithItsBlast) {
   GiveMark(1, 7, 20);
   Act(20);
