@@ -1,12 +1,17 @@
-// GameEvent: what a step did to two bodies, or an area effect to one, for the callbacks of a game.
+// GameEvent: what a step did to two bodies, or an area effect to one, for the callbacks of a game. One whose turn has
+// not come is part of the region's state, and goes with its body to another region.
 //
-// Thread rule: plain values.
+// Thread rule: plain values and free functions.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "absl/status/status.h"
+#include "core/world/bytes.h"
 #include "core/world/ids.h"
 #include "core/world/math.h"
 
@@ -35,5 +40,11 @@ struct GameEvent {
   std::optional<Blown> blown = std::nullopt;
   friend bool operator==(const GameEvent&, const GameEvent&) = default;
 };
+
+void Write(ByteWriter& out, std::span<const GameEvent> events);
+// At most so many. Leaves a failed reader, or events that CheckEvents refuses, where the bytes are not sound.
+std::vector<GameEvent> ReadEvents(ByteReader& in, std::size_t most);
+// INVALID_ARGUMENT: "an event of an unknown callback", "an event that is not sound".
+absl::Status CheckEvents(std::span<const GameEvent> events);
 
 }  // namespace tessera::game

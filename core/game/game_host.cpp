@@ -22,6 +22,11 @@ std::string TextOfError(const tessera_game_error& error) {
 
 }  // namespace
 
+BodyId CarrierOf(const GameEvent& event, const GameWorld& world) {
+  const BodyDef* const def = world.Find(event.self);
+  return def != nullptr && def->motion == Motion::kStatic ? event.other : event.self;
+}
+
 absl::StatusOr<std::unique_ptr<GameHost>> GameHost::Load(const tessera_game_module& module, GameFile file,
                                                          std::shared_ptr<const Scene> scene, GameSettings settings,
                                                          std::uint64_t seed, std::uint32_t number) {
@@ -86,12 +91,7 @@ HostState GameHost::State() const {
 
 void GameHost::Adopt(const HostState& state, absl::FunctionRef<bool(const GameEvent&)> has) {
   for (const GameEvent& event : state.waiting) {
-    if (!has(event)) continue;
-    if (waiting_.size() < kMaxWaitingEvents) {
-      waiting_.push_back(event);
-    } else {
-      ++statistics_.dropped_events;
-    }
+    if (has(event)) Wait({&event, 1});
   }
   for (const FailedCallback& failed : state.failed) {
     Handler& handler = HandlerOf(failed.callback, failed.kind);
@@ -100,6 +100,30 @@ void GameHost::Adopt(const HostState& state, absl::FunctionRef<bool(const GameEv
     handler.off = handler.off || failed.off;
   }
   if (next_ticked_ == BodyId()) next_ticked_ = state.next_ticked;
+}
+
+void GameHost::Wait(std::span<const GameEvent> events) {
+  for (const GameEvent& event : events) {
+    if (waiting_.size() < kMaxWaitingEvents) {
+      waiting_.push_back(event);
+    } else {
+      ++statistics_.dropped_events;
+    }
+  }
+}
+
+std::vector<GameEvent> GameHost::TakeWaiting(BodyId body, const GameWorld& world) {
+  std::vector<GameEvent> taken;
+  std::erase_if(waiting_, [&](const GameEvent& event) {
+    if (CarrierOf(event, world) != body) return false;
+    if (taken.size() < kMaxCarriedEvents) {
+      taken.push_back(event);
+    } else {
+      ++statistics_.dropped_events;
+    }
+    return true;
+  });
+  return taken;
 }
 
 void GameHost::Inspect(Tick tick, GameWorld& world, Inspection act) const {
@@ -140,13 +164,7 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
   made_ = 0;
   sent_ = 0;
   lines_this_tick_ = 0;
-  for (const GameEvent& event : events) {
-    if (waiting_.size() < kMaxWaitingEvents) {
-      waiting_.push_back(event);
-    } else {
-      ++statistics_.dropped_events;
-    }
-  }
+  Wait(events);
   if (number_ > 0 && migrates_) RunMigrations(world);
   SettleAllJoints(world);
   SettleAllControl(world);

@@ -81,6 +81,10 @@ struct CallbackCost {
   std::uint64_t calls = 0, errors = 0, instructions = 0;
 };
 
+// The body with which an event goes to another region: the one that it is called for, or, where that one does not move
+// and so is in every region, the other one.
+BodyId CarrierOf(const GameEvent& event, const GameWorld& world);
+
 class GameHost {
  public:
   // `module` outlives the host. INVALID_ARGUMENT: another version of the interface, or what the game says, in one line
@@ -102,6 +106,12 @@ class GameHost {
   // Another host's, in whose place this one goes on or begins: events of bodies that `has` says are here wait after
   // those that wait already, and a callback that is off there is off.
   void Adopt(const HostState& state, absl::FunctionRef<bool(const GameEvent&)> has);
+  // Events that go where this body goes, in their order, to be taken along by it: they wait here no more. At most
+  // kMaxCarriedEvents; later ones are dropped and counted.
+  std::vector<GameEvent> TakeWaiting(BodyId body, const GameWorld& world);
+  // Events that came along with a body: they wait after those that wait already.
+  void Wait(std::span<const GameEvent> events);
+  bool waits() const { return !waiting_.empty(); }
   // Takes the place of another game of the same world: events that wait and lines are this one's now, and its figures
   // go on.
   void TakeOver(GameHost& other);

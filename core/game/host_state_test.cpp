@@ -107,6 +107,28 @@ TEST_F(HostStateOfHostTest, EventsThatWaitGoOnInAnotherHost) {
   EXPECT_THAT(third->State().waiting, IsEmpty()) << "another region has the body";
 }
 
+TEST_F(HostStateOfHostTest, ABodyTakesItsEventsAlongInTheirOrder) {
+  world.Add(8, 0, false);
+  world.def(8).motion = Motion::kStatic;
+  world.Add(9, 2);
+  const std::unique_ptr<GameHost> host = Load();
+  const std::vector<GameEvent> of_one{{kOnBodyContact, BodyId(1), BodyId(9)},
+                                      {kOnBodyContactEnded, BodyId(1), BodyId(9)}};
+  const GameEvent of_static{kOnBodyLeft, BodyId(8), BodyId(1)}, of_two{kOnBodyContact, BodyId(2), BodyId(1)};
+  host->Wait(of_one);
+  host->Wait({&of_two, 1});
+  host->Wait({&of_static, 1});
+  EXPECT_THAT(host->TakeWaiting(BodyId(1), world), ElementsAre(of_one[0], of_one[1], of_static))
+      << "what does not move has its events where the other body is";
+  EXPECT_THAT(host->State().waiting, ElementsAre(of_two));
+  EXPECT_THAT(host->TakeWaiting(BodyId(1), world), IsEmpty());
+  const std::vector<GameEvent> many(kMaxCarriedEvents + 3, of_one[0]);
+  host->Wait(many);
+  EXPECT_THAT(host->TakeWaiting(BodyId(1), world), SizeIs(kMaxCarriedEvents));
+  EXPECT_EQ(host->statistics().dropped_events, 3U);
+  EXPECT_THAT(host->State().waiting, ElementsAre(of_two));
+}
+
 TEST_F(HostStateOfHostTest, ACallbackThatIsOffStaysOffInAnotherHost) {
   world.Add(9, 2);
   fails = true;

@@ -1,6 +1,7 @@
 #include "core/game/record.h"
 
 #include <algorithm>
+#include <span>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
@@ -16,8 +17,8 @@ auto Order(const GameTimer& timer) { return std::tuple(timer.due, timer.number);
 constexpr std::uint32_t kPushes = 1, kWakes = 2, kJumped = 4, kForces = 8, kTeleport = 16, kTarget = 32, kJumps = 64,
                         kTuning = 128, kLaterGame = 256, kHasMail = 512, kRemoved = 1024, kHasPlayer = 2048,
                         kHasPublished = 4096, kHasJoints = 8192, kQuestions = 16384, kDriven = 32768, kBlasts = 65536,
-                        kAllFlags = 131071;
-enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // parts of a teleport
+                        kWaiting = 131072, kAllFlags = 262143;
+enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // of a teleport
 
 std::uint32_t FlagsOf(const GameRecord& record) {
   const bool pushes = record.push_ns != Vec3f() || record.push_nms != Vec3f();
@@ -28,7 +29,8 @@ std::uint32_t FlagsOf(const GameRecord& record) {
       (record.mail.empty() ? 0 : kHasMail) | (record.removed ? kRemoved : 0) |
       (record.player.empty() ? 0 : kHasPlayer) | (record.published.empty() ? 0 : kHasPublished) |
       (record.joints.empty() ? 0 : kHasJoints) | (record.last_question != 0 ? kQuestions : 0) |
-      (record.driver != PlayerNumber() ? kDriven : 0) | (record.blasts.empty() ? 0 : kBlasts));
+      (record.driver != PlayerNumber() ? kDriven : 0) | (record.blasts.empty() ? 0 : kBlasts) |
+      (record.waiting.empty() ? 0 : kWaiting));
 }
 
 void WriteTeleport(ByteWriter& out, const GameTeleport& teleport) {
@@ -144,6 +146,7 @@ void Write(ByteWriter& out, const GameRecord& record) {
     out.Varint(record.driver_until.value());
   }
   if (!record.blasts.empty()) Write(out, record.blasts);
+  if (!record.waiting.empty()) Write(out, std::span<const GameEvent>(record.waiting));
 }
 
 GameRecord ReadRecord(ByteReader& in) {
@@ -205,6 +208,7 @@ GameRecord ReadRecord(ByteReader& in) {
     record.driver_until = Tick(in.Varint());
   }
   if ((flags & kBlasts) != 0) ReadBlastMarks(in, record.blasts);
+  if ((flags & kWaiting) != 0) record.waiting = ReadEvents(in, kMaxCarriedEvents);
   return record;
 }
 
@@ -236,8 +240,9 @@ absl::Status CheckRecord(const GameRecord& record) {
   }
   if (!IsSane(record.tuning)) return absl::InvalidArgumentError("tuning: is not finite, or beyond limits");
   if (absl::Status status = CheckQuestions(record.questions, record.last_question); !status.ok()) return status;
-  if (record.removed && (!record.timers.empty() || !record.questions.empty() || record.expires != Tick() ||
-                         record.acts() || !record.joints.empty() || record.driver != PlayerNumber())) {
+  if (record.removed &&
+      (!record.timers.empty() || !record.questions.empty() || record.expires != Tick() || record.acts() ||
+       !record.joints.empty() || record.driver != PlayerNumber() || !record.waiting.empty())) {
     return absl::InvalidArgumentError("timers: of a body that is gone");
   }
   if (absl::Status status = CheckJoints(record.joints); !status.ok()) return status;
@@ -245,6 +250,9 @@ absl::Status CheckRecord(const GameRecord& record) {
     return absl::InvalidArgumentError("driver: nobody is awaited");
   }
   if (absl::Status status = CheckBlastMarks(record.blasts); !status.ok()) return status;
+  if (const absl::Status events = CheckEvents(record.waiting); !events.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("waiting: ", events.message()));
+  }
   if (absl::Status status = CheckMail(record.mail); !status.ok()) return status;
   if (absl::Status status = CheckPublished(record.published); !status.ok()) return status;
   return CheckPlayerRecord(*record.player);

@@ -14,6 +14,7 @@
 
 #include "absl/status/status.h"
 #include "core/game/blast.h"
+#include "core/game/game_event.h"
 #include "core/game/joint.h"
 #include "core/game/mail.h"
 #include "core/game/player_record.h"
@@ -86,6 +87,10 @@ struct GameRecord {
 
   std::uint32_t last_question = 0;      // highest number that a question of the body ever had
   std::vector<GameQuestion> questions;  // ascending by number
+
+  // Events whose turn had not come when the body was handed over, in their order: the host of the region that takes it
+  // in goes on with them. While the body stays where it is, they are in its region's HostState.
+  std::vector<GameEvent> waiting;
 
   Mail mail;
   // The body is gone. The record is left until its messages are acknowledged, and has nothing else.

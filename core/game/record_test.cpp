@@ -6,6 +6,7 @@
 
 #include "core/game/settings.h"
 #include "core/game/value.h"
+#include "game_sdk/api/api.h"
 
 namespace tessera::game {
 namespace {
@@ -28,6 +29,9 @@ GameRecord Full() {
   record.push_ns = {1, 2, 3};
   record.push_nms = {0, 0, -4};
   record.game = 3;
+  record.waiting = {{kOnBodyContact, BodyId(1), BodyId(2)}, {kOnBodyBlast, BodyId(1), BodyId()}};
+  record.waiting[0].contact = {{1, 2, 3}, {0, 1, 0}, 4};
+  record.waiting[1].blown = {{1, 2, 3}, 0.5, "barrel"};
   return record;
 }
 
@@ -73,6 +77,10 @@ TEST(GameRecordTest, WhatNoRegionSendsIsRefused) {
   EXPECT_EQ(refused([](GameRecord& r) { r.timers[0].name = std::string(33, 'x'); }), "timers: a name is too long");
   EXPECT_THAT(refused([](GameRecord& r) { r.timers[0].values.pop_back(); }), HasSubstr("truncated"));
   EXPECT_THAT(refused([](GameRecord& r) { r.timers.assign(kMaxTimers + 1, Timer(1, 1)); }), "timers: more than 16");
+  EXPECT_EQ(refused([](GameRecord& r) {
+              r.waiting = {{kOnTick, BodyId(1), BodyId(2)}};
+            }),
+            "waiting: an event of an unknown callback");
   EXPECT_EQ(refused([](GameRecord& r) { r.push_ns.x = std::numeric_limits<float>::quiet_NaN(); }),
             "push: is not finite, or too strong");
 }

@@ -163,6 +163,11 @@ void RecordTable::Put(KeptRecord entry) {
   } else {
     asking_.insert(id);
   }
+  if (entry.game.waiting.empty()) {
+    eventful_.erase(id);
+  } else {
+    eventful_.insert(id);
+  }
   IncludePlayer(entry);
   if (known) {
     *at = std::move(entry);
@@ -180,6 +185,7 @@ void RecordTable::Release(BodyId id) {
   jointed_.erase(id);
   asking_.erase(id);
   steering_.erase(id);
+  eventful_.erase(id);
   IncludePlayer({id, 0, nullptr, {}});
   all_.erase(all_.begin() + (entry - all_.data()));
 }

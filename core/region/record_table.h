@@ -86,6 +86,8 @@ class RecordTable {
   const std::set<BodyId>& steering() const { return steering_; }
   // Records with questions that are not answered; ascending.
   const std::set<BodyId>& asking() const { return asking_; }
+  // Bodies that brought along events whose turn has not come; ascending.
+  const std::set<BodyId>& eventful() const { return eventful_; }
   // A body that is owned here from now on, and one that is not any more. What is carried is sound.
   void Adopt(BodyId id, const CarriedRecord& record);
   void Release(BodyId id);
@@ -108,6 +110,7 @@ class RecordTable {
   std::set<BodyId> jointed_;                          // written with all_
   std::set<BodyId> asking_;                           // written with all_
   std::set<BodyId> steering_;                         // written with all_
+  std::set<BodyId> eventful_;                         // written with all_
   std::vector<BodyId> commanded_, hidden_, limited_;  // ascending, written with all_
   bool keep_news_ = false;
   std::vector<BodyId> news_;

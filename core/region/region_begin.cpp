@@ -56,7 +56,16 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
   for (const PlayerNumber player : initial.spawned) parts.players.MarkSpawned(player);
   parts.tombstones.Merge(initial.tombstones, parts.tick);
   parts.blasts.Adopt(initial.blasts);
-  parts.game.AdoptHost(initial.host, own);
+  if (own) {
+    parts.game.AdoptHost(initial.host);
+  } else {
+    const auto takes = [&](const BodyDef& still, BodyId gone) {
+      const bool removed = IsPlayerBody(gone) ? parts.players.HasLeft(PlayerOf(gone)) : parts.tombstones.Has(gone);
+      return removed && IsInCells(parts, still.initial.position);
+    };
+    parts.game.AdoptEvents(
+        initial.host, [&](BodyId id) { return parts.bodies.IndexOf(id) >= 0; }, takes);
+  }
   std::vector<TouchingPair> touching;
   std::ranges::copy_if(initial.touching, std::back_inserter(touching),
                        [&](const TouchingPair& pair) { return parts.bodies.Owns(parts.reports.ReporterOf(pair)); });

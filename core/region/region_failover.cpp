@@ -1,5 +1,6 @@
 // A region's part in a failover: it halts and says what it holds; later it promotes the bodies that the resolution
 // gives it, and goes on.
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -57,6 +58,17 @@ void MarkAllSpawned(const Resolution& resolution, std::span<const StandbyCopy* c
   }
 }
 
+// What waits for the game in a dead region, for bodies that come here from it. A body that was here already has brought
+// its own along; of one that is gone, they count if the dead region removed it.
+void AdoptEvents(const RegionState& dead, const Copies& promoted, RegionParts& parts) {
+  const auto comes = [&](BodyId id) { return promoted.contains(id); };
+  const auto takes = [&](const BodyDef&, BodyId gone) {
+    if (IsPlayerBody(gone)) return parts.players.HasLeft(PlayerOf(gone));
+    return std::ranges::binary_search(dead.tombstones, gone, {}, &BodyClaim::body);
+  };
+  parts.game.AdoptEvents(dead.host, comes, takes);
+}
+
 }  // namespace
 
 absl::StatusOr<Inventory> Region::BeginFailover(const PartitionMap& map,
@@ -93,7 +105,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   for (const StandbyCopy* primary : primaries) parts.tombstones.Merge(primary->state().tombstones, parts.tick);
   for (const StandbyCopy* primary : primaries) {
     parts.blasts.Adopt(primary->state().blasts);
-    parts.game.AdoptHost(primary->state().host, false);
+    AdoptEvents(primary->state(), *promoted, parts);
   }
   parts.grants_in.StartStep();
   parts.exchange.Clear();

@@ -24,6 +24,7 @@ std::vector<Departure> RegionGame::Run(Tick tick, std::span<const physics::PairE
   tick_ = tick;
   tombstones_.Forget(tick, scene().tick_rate_hz);
   std::erase_if(retired_, [this](const auto& entry) { return bodies_.FindBodiless(entry.first) == nullptr; });
+  UnpackEvents();
   std::vector<game::GameEvent> called = blasts_.Act(tick, bodies_, records_);
   called.reserve(called.size() + 2 * events.size());
   for (const physics::PairEvent& event : events) {
@@ -54,14 +55,39 @@ void RegionGame::Adopt(std::uint32_t number) {
   host_ = std::exchange(next_, nullptr);
 }
 
-// A body that does not move is in every region: its events go on where the other body does.
-void RegionGame::AdoptHost(const game::HostState& state, bool all) {
+void RegionGame::AdoptHost(const game::HostState& state) {
+  if (host_ != nullptr) host_->Adopt(state, [](const game::GameEvent&) { return true; });
+}
+
+void RegionGame::AdoptEvents(const game::HostState& state, absl::FunctionRef<bool(BodyId)> comes,
+                             absl::FunctionRef<bool(const BodyDef&, BodyId)> takes) {
   if (host_ == nullptr) return;
   host_->Adopt(state, [&](const game::GameEvent& event) {
-    const BodyDef* const def = all ? nullptr : Find(event.self);
-    const BodyId where = def != nullptr && def->motion == Motion::kStatic ? event.other : event.self;
-    return all || bodies_.IndexOf(where) >= 0;
+    const BodyId carrier = game::CarrierOf(event, *this);
+    if (comes(carrier)) return true;
+    const BodyDef* const self = Find(event.self);
+    return carrier != event.self && self != nullptr && takes(*self, carrier);
   });
+}
+
+void RegionGame::PackEvents(std::span<const BodyId> bodies) {
+  if (host_ == nullptr || !host_->waits()) return;
+  for (const BodyId id : bodies) {
+    const std::vector<game::GameEvent> events = host_->TakeWaiting(id, *this);
+    if (events.empty()) continue;
+    game::GameRecord record = RecordOf(id);
+    record.waiting = events;
+    records_.Put(id, record);
+  }
+}
+
+void RegionGame::UnpackEvents() {
+  const std::vector<BodyId> eventful(records_.eventful().begin(), records_.eventful().end());
+  for (const BodyId id : eventful) {
+    game::GameRecord record = RecordOf(id);
+    host_->Wait(std::exchange(record.waiting, {}));
+    records_.Put(id, record);
+  }
 }
 
 // Nothing is to be taken over from an older game.

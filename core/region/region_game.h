@@ -72,13 +72,20 @@ class RegionGame : private game::GameWorld {
   void Adopt(std::uint32_t number);
   // The region made a body without the game.
   void NoteMade(BodyId id);
-  // Takes over from the host of another region, or of an earlier life, all that is in no record, or the events of what
-  // is owned here.
-  void AdoptHost(const game::HostState& state, bool all);
+  // What the host of an earlier life of this region had that is in no record.
+  void AdoptHost(const game::HostState& state);
+  // The same of another region, or of several: the events that go with what `comes` here with that state. Of two bodies
+  // of which one does not move and the other one is gone, they are this region's if `takes` says so of both.
+  void AdoptEvents(const game::HostState& state, absl::FunctionRef<bool(BodyId)> comes,
+                   absl::FunctionRef<bool(const BodyDef& still, BodyId gone)> takes);
+  // These bodies are about to be handed over: their events that wait are put into their records.
+  void PackEvents(std::span<const BodyId> bodies);
   // GameHost::Inspect in this region, right after `tick`. Requires a game.
   void Inspect(Tick tick, game::GameHost::Inspection act) { host_->Inspect(tick, *this, act); }
 
  private:
+  // Events that bodies brought along wait for their turn here.
+  void UnpackEvents();
   bool IsNext(std::uint32_t number) const { return next_ != nullptr && next_->number() == number; }
   const Scene& scene() const override { return catalog_.scene(); }
   RegionId region() const override { return self_; }

@@ -233,6 +233,7 @@ void DecideHandovers(RegionParts& parts) {
     std::vector<BodyId> assembly;
     for (const std::size_t index : planned.assembly) assembly.push_back(parts.bodies.EntityAt(index).def->id);
     if (parts.output.MustWait(assembly, parts.tick)) continue;
+    parts.game.PackEvents(assembly);
     grants.push_back(parts.ownership.Prepare(planned, parts.tick));
     parts.outgoing.Add(planned.to, std::move(grants.back().grant));
   }
