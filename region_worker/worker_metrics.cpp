@@ -187,6 +187,13 @@ WorkerMetrics::WorkerMetrics()
     frames_dropped[i] = &Counter(*registry_, "tessera_region_frames_dropped_total", "Frames that were not used.",
                                  {{"reason", std::string(kDropReasonNames[i])}});
   }
+  for (std::size_t i = 0; i < game_effects.size(); ++i) {
+    const auto effect = [&](const char* result) {
+      return &Counter(*registry_, "tessera_game_effects_total", "What callbacks of the game asked for.",
+                      {{"effect", std::string(game::kEffectNames[i])}, {"result", result}});
+    };
+    game_effects[i] = {effect("done"), effect("discarded"), effect("refused")};
+  }
   for (std::size_t i = 0; i < messages_by_hops.size(); ++i) {
     messages_by_hops[i] =
         &Counter(*registry_, "tessera_game_messages_by_hops_total",
@@ -194,19 +201,12 @@ WorkerMetrics::WorkerMetrics()
   }
 }
 
-void WorkerMetrics::CountWait(std::span<const RegionId> neighbours, double seconds) {
-  for (const RegionId neighbour : neighbours) {
-    Counter(*registry_, "tessera_region_neighbour_wait_seconds_total",
-            "Waiting for the neighbour whose frame came last.", {{"neighbour", std::to_string(neighbour.value())}})
-        .Increment(seconds);
+void WorkerMetrics::ShowEffects(const game::EffectCounts& effects) {
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    Follow(*game_effects[i].done, effects[i].done);
+    Follow(*game_effects[i].discarded, effects[i].discarded);
+    Follow(*game_effects[i].refused, effects[i].refused);
   }
-}
-
-void WorkerMetrics::ShowRoundTrip(RegionId neighbour, double seconds) {
-  CountWait({&neighbour, 1}, 0);  // the series is there, though nobody has waited yet
-  Gauge(*registry_, "tessera_region_link_round_trip_seconds", "To the neighbour and back; 0 without a link.",
-        {{"neighbour", std::to_string(neighbour.value())}})
-      .Set(seconds);
 }
 
 void WorkerMetrics::ShowMessages(const game::MessageStatistics& messages, const region::RelayStatistics& relayed) {
@@ -283,6 +283,7 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
     Follow(game_unpublished, played.unpublished);
     game_publishing.Set(static_cast<double>(region.published().size()));
     game_callbacks_off.Set(played.callbacks_off);
+    ShowEffects(played.effects);
     ShowMessages(played.messages, region.messages());
   }
   for (std::size_t i = 0; i < frames_dropped.size(); ++i) Follow(*frames_dropped[i], run.drops()[i]);

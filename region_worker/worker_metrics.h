@@ -69,6 +69,10 @@ class WorkerMetrics {
   prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &links_down;
   prometheus::Counter &game_calls, &game_errors, &game_instructions, &game_dropped_events, &game_dropped_lines;
   prometheus::Counter &game_dropped_counts, &game_published, &game_unpublished;
+  struct EffectSeries {
+    prometheus::Counter *done = nullptr, *discarded = nullptr, *refused = nullptr;
+  };
+  std::array<EffectSeries, game::kEffects> game_effects{};
   prometheus::Gauge& game_publishing;
   prometheus::Gauge& game_callbacks_off;
   prometheus::Gauge &world_paused, &world_pace;
@@ -88,6 +92,7 @@ class WorkerMetrics {
   void ShowGame(const game::GameHost& game);
 
  private:
+  void ShowEffects(const game::EffectCounts& effects);
   void ShowMessages(const game::MessageStatistics& messages, const region::RelayStatistics& relayed);
   // Adds what `total`, a sum that is kept elsewhere, has grown by.
   void Follow(prometheus::Counter& counter, std::uint64_t total);

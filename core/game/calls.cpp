@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -118,7 +119,15 @@ absl::StatusOr<tessera_game_value> CallFunction(tessera_game_call& call, std::ui
 
 [[gnu::noinline]] int CallAny(tessera_game_call* call, std::uint32_t function, CallArguments arguments,
                               tessera_game_value* result) {
+  const std::optional<Effect> effect = EffectOf(function);
+  const std::size_t sent = call->transaction.sent();
   const auto returned = CallFunction(*call, function, arguments);
+  if (effect) {
+    // What another region is to do is a message here, and an effect there.
+    const bool elsewhere = returned.ok() && IsVerb(function) && call->transaction.sent() > sent;
+    EffectCount& count = call->effects[static_cast<std::size_t>(elsewhere ? Effect::kMessage : *effect)];
+    ++(returned.ok() ? count.done : count.refused);
+  }
   if (!returned.ok()) {
     call->error = std::string(returned.status().message());
     return 1;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/game/effect.h"
 #include "core/game/settings.h"
 #include "core/game/transaction.h"
 #include "core/game/value.h"
@@ -44,7 +45,8 @@ struct tessera_game_call {
   std::string text;
   std::vector<tessera_game_value> values;
   std::vector<tessera_game_field> fields;
-  std::vector<tessera::game::ControlNews> control_news;  // sent by a message that was carried out
+  tessera::game::EffectCounts effects{};                 // `done`: if the call succeeds
+  std::vector<tessera::game::ControlNews> control_news;  // of a message that was carried out
 };
 
 namespace tessera::game {

@@ -237,6 +237,7 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
   statistics_.instructions += instructions;
   ++statistics_.calls;
   NoteCost(handler, callback, kind, instructions, failed);
+  NoteEffects(call.effects, failed);
   if (failed) {
     Transaction nothing = Begin(world);
     prepare(nothing);
@@ -267,6 +268,14 @@ void GameHost::NoteCost(Handler& handler, std::uint32_t callback, std::uint16_t 
   ++handler.cost->calls;
   handler.cost->errors += failed ? 1 : 0;
   handler.cost->instructions += instructions;
+}
+
+void GameHost::NoteEffects(const EffectCounts& of_call, bool failed) {
+  for (std::size_t i = 0; i < kEffects; ++i) {
+    EffectCount& count = statistics_.effects[i];
+    (failed ? count.discarded : count.done) += of_call[i].done;
+    count.refused += of_call[i].refused;
+  }
 }
 
 std::string GameHost::NameOf(std::uint32_t callback, std::uint16_t kind) const {

@@ -30,6 +30,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
+#include "core/game/effect.h"
 #include "core/game/game_event.h"
 #include "core/game/game_file.h"
 #include "core/game/game_world.h"
@@ -75,6 +76,7 @@ struct GameStatistics {
   std::uint32_t callbacks_off = 0;               // failed too often in a row, and are not called any more
   std::uint64_t published = 0, unpublished = 0;  // events for the backend that came to the world's record; left out
   MessageStatistics messages;
+  EffectCounts effects{};  // what callbacks asked for, and what was carried out for other regions
 };
 
 struct CallbackCost {
@@ -170,6 +172,7 @@ class GameHost {
   void Call(GameWorld& world, std::uint32_t callback, BodyId self, std::uint16_t kind,
             std::span<const tessera_game_value> arguments);
   void NoteCost(Handler& handler, std::uint32_t callback, std::uint16_t kind, std::uint64_t instructions, bool failed);
+  void NoteEffects(const EffectCounts& of_call, bool failed);
   // Carries out a message with a verb, for a body that the region owns.
   void RunVerb(BodyId target, const HeldMessage& message, GameWorld& world);
   // An event for the backend has come to the world's record.

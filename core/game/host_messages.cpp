@@ -93,6 +93,10 @@ void GameHost::RunVerb(BodyId target, const HeldMessage& message, GameWorld& wor
   transaction.Own(target)->record.mail.Applied(message.sender, message.number, tick_);
   tessera_game_call call(transaction, tick_, target, seed_, settings_.instructions_per_callback);
   const absl::Status status = CarryOut(call, target, message.what);
+  if (const auto effect = EffectOf(message.what.verb)) {
+    EffectCount& count = statistics_.effects[static_cast<std::size_t>(*effect)];
+    ++(status.ok() ? count.done : count.refused);
+  }
   ++used_;
   ++statistics_.instructions;
   if (status.ok()) {
