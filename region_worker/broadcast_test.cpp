@@ -9,10 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "core/game/game_host.h"
+#include "core/game/testing/scripted_game.h"
 #include "core/region/region.h"
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
+#include "game_sdk/api/api.h"
 #include "net/testing/endpoint_pair.h"
 #include "region_worker/game_port.h"
 #include "region_worker/pair_broadcast.h"
@@ -181,6 +184,99 @@ TEST_F(BroadcastTest, EachConnectionHasASenderOfItsOwn) {
   const auto again = anew.Read(second->snapshots[0]);
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->full_records, 3u);
+}
+
+// A player who moves a ball that lies on the floor and rolls into another one; two others touch elsewhere.
+class ControlledPairsTest : public testing::Test {
+ protected:
+  static constexpr std::uint64_t kMoved = 1, kFloor = 2, kHit = 3;
+
+  ControlledPairsTest() {
+    Scene scene;
+    scene.bounds = {{-20, -20, -20}, {20, 20, 20}};
+    scene.bodies = {Ball(kMoved, {0, 0, 0}, 0.5, false), Ball(kFloor, {0, -1, 0}, 0.5, false),
+                    Ball(kHit, {0, 0, 1.5}, 0.5, false), Ball(4, {0, 0, -8}, 0.5, false),
+                    Ball(5, {0, 0, -6.5}, 0.5, false)};
+    scene.bodies[1].shape = std::make_shared<const Shape>(Shape{BoxShape{{15, 0.5, 15}}});
+    scene.bodies[1].motion = Motion::kStatic;
+    for (const std::size_t i : {0, 3}) scene.bodies[i].initial.linear_velocity = {0, 0, 2};
+    for (BodyDef& def : scene.bodies) def.may_sleep = false;
+    PlayerRules& rules = scene.player.emplace();
+    rules.body.shape = std::make_shared<const Shape>(Shape{SphereShape{0.5}});
+    rules.spawn_points = {{-5, 0, -5}};
+    rules.max_force_n = 20;
+    rules.max_speed_m_s = 5;
+    scene_ = std::make_shared<const Scene>(std::move(scene));
+    game_.On(game::kOnJoin, "", [](game::GameCalls& calls, game::ScriptedGame::Arguments arguments) {
+      const game::GameValue player{PlayerNumber(static_cast<std::uint32_t>(arguments[0].as.id))};
+      EXPECT_TRUE(calls.Call(game::kPlayerControl, {player, BodyId(kMoved)})) << calls.error();
+      return true;
+    });
+    module_ = game_.module();
+    auto host = game::GameHost::Load(module_, {"game.lua", "fine"}, scene_);
+    EXPECT_TRUE(host.ok()) << host.status();
+    region::Config config{RegionId(1), Incarnation(1), scene_, *MakeGridMap(scene_->ground(), 1), {}, nullptr};
+    config.game = *std::move(host);
+    region_ = std::make_unique<region::Region>(std::move(config));
+    region_->SpawnPlayer(PlayerNumber(1));
+    region_->Start();
+    port_.Open({.self = net::TestIdentity(),
+                .tick_rate_hz = scene_->tick_rate_hz,
+                .snapshot_rate_hz = scene_->tick_rate_hz,
+                .map = {}},
+               [](PlayerNumber, net::Generation) { return Admission::kWelcome; });
+    region_->Step();
+    peer_ = *net::Dial(*endpoint_, port_.port(), 1);
+    EXPECT_TRUE(Until([&] { return !port_.clients().empty(); }));
+  }
+  bool Until(const std::function<bool()>& done) {
+    for (const auto limit = Clock::now() + net::kPatience; Clock::now() < limit && !done();) {
+      port_.Service(Clock::now(), region_->tick(), true);
+      for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(1))) {
+        v1::RegionControl control;
+        if (event.kind != net::Event::Kind::kMessage || event.delivery == net::Delivery::kUnsequenced) continue;
+        EXPECT_TRUE(control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size())));
+        for (const v1::PairEvent& pair : control.pair_events().events()) seen_.push_back(pair);
+      }
+    }
+    return done();
+  }
+  bool Saw(std::uint64_t a, std::uint64_t b, bool begin) const {
+    return std::ranges::any_of(seen_, [&](const v1::PairEvent& pair) {
+      return pair.body_a() == a && pair.body_b() == b && pair.begin() == begin;
+    });
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  game::ScriptedGame game_;
+  tessera_game_module module_{};
+  std::unique_ptr<region::Region> region_;
+  WorkerMetrics metrics_;
+  GamePort port_{*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = 0}), metrics_};
+  std::unique_ptr<net::Endpoint> endpoint_ = net::Listen();
+  net::PeerHandle peer_;
+  std::vector<v1::PairEvent> seen_;
+};
+
+TEST_F(ControlledPairsTest, GoToThePlayerWhoMovesTheBody) {
+  PairBroadcast pairs(5);
+  bool moved = false, hit = false, others = false;
+  for (int i = 0; i < 60; ++i) {
+    const region::StepResult result = region_->Step();
+    pairs.AfterTick(*region_, result.events, nullptr, port_);
+    moved = moved || region_->MovedBy(PlayerNumber(1)) == BodyId(kMoved);
+    for (const physics::PairEvent& event : result.events) {
+      hit = hit || (event.begin && event.body_a == BodyId(kMoved) && event.body_b == BodyId(kHit));
+      others = others || (event.begin && event.body_a == BodyId(4) && event.body_b == BodyId(5));
+    }
+  }
+  ASSERT_TRUE(moved && hit && others);
+  ASSERT_TRUE(Until([&] { return Saw(kMoved, kHit, true); }));
+  const auto met =
+      std::ranges::find_if(seen_, [](const v1::PairEvent& pair) { return pair.body_b() == kHit && pair.begin(); });
+  EXPECT_TRUE(met->has_contact() && met->contact().impulse() > 0) << met->DebugString();
+  EXPECT_TRUE(Saw(kMoved, kFloor, true)) << "it lay there before the player had it";
+  EXPECT_FALSE(Saw(4, 5, true) || Saw(kFloor, kHit, true)) << "nobody moves one of them";
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // PairBroadcast: sends the clients of a region which pairs of players' bodies and triggers began or ceased to touch.
+// A player who moves another body than its own is sent that one's pairs as well: with the control they begin, and with
+// it they end, whatever they touch then.
 //
 // A client that is new is first sent all pairs that touch. Pairs further away than kReach radii of interest from a
 // client's body are left out.
@@ -9,8 +11,9 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
-#include "absl/container/flat_hash_set.h"
+#include "absl/container/flat_hash_map.h"
 #include "core/physics/contact_report.h"
 #include "core/region/region.h"
 #include "net/endpoint.h"
@@ -34,8 +37,12 @@ class PairBroadcast {
   // ignores pairs of bodies that it does not see.
   static constexpr double kReach = 2;
 
+  // The other bodies that players of clients move, or moved in the tick before, ascending.
+  std::vector<BodyId> OthersMoved(const region::Region& region, const GamePort& port) const;
+
   double reach_m_;
-  absl::flat_hash_set<net::PeerHandle> informed_;  // clients that were sent the pairs that had begun before they came
+  // Clients that were sent the pairs that had begun before they came, and the other body that each player moves, or 0.
+  absl::flat_hash_map<net::PeerHandle, BodyId> informed_;
 };
 
 }  // namespace tessera::worker

@@ -151,7 +151,7 @@ enum {
   TESSERA_EVENT_REGION_BACK = 5,   /* region: one that was lost, and only then */
   TESSERA_EVENT_MAP_CHANGED = 6,
   TESSERA_EVENT_ENDED = 7,         /* detail */
-  TESSERA_EVENT_CONTACT_BEGAN = 8, /* body, other, region, contact: of players' bodies */
+  TESSERA_EVENT_CONTACT_BEGAN = 8, /* body, other, region, contact: of players' bodies and the moved one */
   TESSERA_EVENT_CONTACT_ENDED = 9,
   TESSERA_EVENT_TRIGGER_ENTERED = 10, /* body, other, region: one of them is a trigger */
   TESSERA_EVENT_TRIGGER_LEFT = 11,
