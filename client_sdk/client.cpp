@@ -12,6 +12,9 @@ namespace {
 constexpr std::chrono::milliseconds kTrafficWindow{1000}, kTrafficStep{50};
 // Connections at once: a region that comes back takes a new one while the old one fades, and maps may grow.
 constexpr std::size_t kSpareConnections = 64, kMaxConnections = 4095;
+// Datagrams that a poll receives at most, and for each connection as many again. Far more than a region sends between
+// two polls; after a pause the rest waits for the polls that follow.
+constexpr std::size_t kDatagramsAPoll = 128;
 
 // Stands in until the scene is here.
 const std::shared_ptr<const Scene>& NoScene() {
@@ -45,13 +48,18 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
     EnterScene(TimePoint(), scene);
     return;
   }
-  fetch.emplace(session.scene_hash, settings.scene_cache_dir);
-  if (std::shared_ptr<const Scene> kept = fetch->TakeKept()) EnterScene(TimePoint(), std::move(kept));
+  fetch.emplace(session.scene_hash, settings.scene_cache_dir, std::move(settings.packed_scene));
+  // One that is here and small is read at once.
+  if (!fetch->from_regions()) ReadScene(TimePoint());
+  joined_by.reset();
 }
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Begin(Settings settings, Session session) {
   const std::size_t peers = std::min(2 * session.regions.size() + kSpareConnections, kMaxConnections);
-  auto endpoint = net::Endpoint::Create({.bind_address = settings.bind_address, .max_peers = peers});
+  auto endpoint = net::Endpoint::Create({.bind_address = settings.bind_address,
+                                         .max_peers = peers,
+                                         .datagrams_per_service = kDatagramsAPoll,
+                                         .datagrams_per_peer = kDatagramsAPoll});
   if (!endpoint.ok()) {
     if (settings.leave && !settings.returning && !IsViewer(session.player)) {
       (void)settings.leave(session.credentials, settings.deadline);
@@ -74,6 +82,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::JoinByGrant(std::span<const std:
                     .returning = false,
                     .by_grant = true,
                     .scene_cache_dir = options.scene_cache_dir,
+                    .packed_scene = options.packed_scene,
                     .leave = options.leave};
   Session session = SessionFrom(*std::move(read));
   session.scene = options.scene;
@@ -87,8 +96,10 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   Impl& me = *impl_;
   if (me.state == ClientState::kEnded) return std::exchange(me.events, {});
   const TimePoint begin = Clock::now();
-  if (me.last_poll.has_value()) me.frame_time.Add(now - *me.last_poll);
+  me.since_last_poll = me.last_poll.has_value() ? now - *me.last_poll : std::chrono::nanoseconds(0);
+  if (me.last_poll.has_value()) me.frame_time.Add(me.since_last_poll);
   me.last_poll = now;
+  me.work.now = 0;
   if (me.replay) {
     me.PlayBack(now);
     me.MeasureRates(now);
@@ -96,6 +107,9 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   }
   me.Receive(now);
   me.Correct();
+  if (me.state != ClientState::kEnded) {
+    me.ReadScene(now);
+  }
   if (me.state != ClientState::kEnded) {
     me.AskForScene(now);
     me.world.Expire(now, me.events);
@@ -196,11 +210,13 @@ ClientStats Client::Impl::Stats() const {
     stats.bytes_out_per_s = static_cast<double>(me.traffic.back().out - me.traffic.front().out) / span_s;
   }
   stats.datagrams_lost = me.dropped.datagrams_lost;
+  stats.datagrams_passed_over = me.dropped.datagrams_passed_over;
   stats.decode_errors = me.dropped.decode_errors;
   stats.reconnects = me.dropped.reconnects;
   for (const RegionConnection& connection : me.connections) {
     stats.regions.push_back(connection.Stats(me.network));
     stats.datagrams_lost += stats.regions.back().datagrams_lost;
+    stats.datagrams_passed_over += stats.regions.back().datagrams_passed_over;
     stats.decode_errors += stats.regions.back().decode_errors;
     stats.reconnects += stats.regions.back().reconnects;
     const bool own = me.world.OwnerOf(me.Own()) == connection.region();
@@ -220,6 +236,9 @@ ClientStats Client::Impl::Stats() const {
     stats.corrections = me.predictor->corrections();
     stats.last_correction_m = me.predictor->last_correction_m();
   }
+  stats.work_units = me.work.now;
+  stats.most_work_units = me.work.most;
+  stats.predicting = me.predictor && me.predictor->running();
   stats.playout_jumps = me.playout.jumps();
   stats.frame_time = me.frame_time.Summary();
   stats.network_time = me.network_time.Summary();

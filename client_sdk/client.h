@@ -80,7 +80,8 @@ struct GrantOptions {
   bool predict = false;
   // A folder that keeps scenes for the next time; empty: none is kept.
   std::string scene_cache_dir{};
-  // The scene, for a caller that has it: it is not fetched then.
+  // The scene, for a caller that has it, packed (core/world/packed_scene.h) or whole: it is not fetched then.
+  std::vector<std::uint8_t> packed_scene{};
   std::shared_ptr<const Scene> scene{};
   LeaveCall leave{};
 };

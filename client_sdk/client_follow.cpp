@@ -101,6 +101,7 @@ std::vector<RegionConnection>::iterator Client::Impl::Drop(std::vector<RegionCon
   const RegionStats stats = connection->Stats(network);
   dropped.datagrams += stats.datagrams;
   dropped.datagrams_lost += stats.datagrams_lost;
+  dropped.datagrams_passed_over += stats.datagrams_passed_over;
   dropped.decode_errors += stats.decode_errors;
   dropped.reconnects += stats.reconnects;
   return connections.erase(connection);

@@ -121,7 +121,7 @@ TEST_F(ClientGrantTest, ASceneThatWasKeptIsNotFetchedAgain) {
   const std::uint64_t sent = instance->regions[0]->scene_sent;
   EXPECT_GT(sent, 0u);
   ASSERT_NO_FATAL_FAILURE(JoinBy(instance->Grant(), options));
-  EXPECT_EQ(SceneDifference::Between(client->scene(), *instance->scene), "") << "at once";
+  EXPECT_EQ(SceneDifference::Between(client->scene(), *instance->scene), "") << "a small one is read at once";
   ASSERT_TRUE(Until([&] { return client->state() == ClientState::kPlaying; }));
   EXPECT_EQ(instance->regions[0]->scene_sent, sent);
 }
@@ -245,6 +245,49 @@ TEST_F(ClientGrantTest, LeavingTellsWhoGaveTheGrant) {
   ASSERT_NO_FATAL_FAILURE(JoinBy(instance->Grant(), ByGrant()));
   EXPECT_TRUE(client->Leave().ok());
   EXPECT_EQ(client->state(), ClientState::kEnded);
+}
+
+// A floor of so many squares of a metre each way, as a scene's text.
+std::string Floor(int squares) {
+  std::string mesh = "bodies { id: 900 motion: MOTION_STATIC shape { mesh {";
+  for (int z = 0; z <= squares; ++z) {
+    for (int x = 0; x <= squares; ++x) {
+      mesh += " vertices { x: " + std::to_string(x - squares / 2) + " z: " + std::to_string(z - squares / 2) + " }";
+    }
+  }
+  for (int z = 0; z < squares; ++z) {
+    for (int x = 0; x < squares; ++x) {
+      const int a = z * (squares + 1) + x, b = a + 1, c = a + squares + 1, d = c + 1;
+      for (const int corner : {a, c, b, b, c, d}) mesh += " indices: " + std::to_string(corner);
+    }
+  }
+  return mesh + " } } }";
+}
+
+// The scene is read and the ground is built in parts: no poll from joining on does more than about one part.
+TEST_F(ClientGrantTest, TheFirstPollsAreLikeAllOthers) {
+  Make(1, Floor(96));
+  GrantOptions options = ByGrant();
+  options.predict = true;
+  options.scene_cache_dir = folder.path();
+  ASSERT_NO_FATAL_FAILURE(JoinBy(instance->Grant(), options));
+  ASSERT_NO_FATAL_FAILURE(Play());
+  BodyState own = Moving(3, 1);
+  int predicts_after = 0;
+  for (int i = 1; i <= 600; ++i) {
+    own.position.x += 1.0 / 60;
+    const std::vector<replication::BodyRecord> bodies = {{PlayerBodyId(PlayerNumber(1)), Epoch(1), own}};
+    now += kTick;
+    if (i % 2 == 0) Advance([&](Tick at) { instance->regions[0]->Snapshot(at, bodies); });
+    PollOnce();
+    if (predicts_after == 0 && client->Stats().predicting) predicts_after = i;
+  }
+  EXPECT_GT(predicts_after, 0);
+  EXPECT_LE(predicts_after, 60) << "within a second";
+  EXPECT_TRUE(client->Stats().predicting);
+  // A part, and the piece of ground or of the scene with which it ended.
+  EXPECT_LE(client->Stats().most_work_units, 5 * std::int64_t{100'000} / 2);
+  EXPECT_GT(client->Stats().most_work_units, 50'000) << "there was something to do";
 }
 
 }  // namespace

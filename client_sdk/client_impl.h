@@ -1,8 +1,11 @@
 // Inside of Client. Not for others.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -28,7 +31,20 @@
 
 namespace tessera::client {
 
-// The settings that a client goes by, however it joined.
+// Work of a poll, beside receiving and predicting, on what takes many: a scene that is read, ground that is looked for
+// and built. About a millisecond; the first polls do so much, and all later ones no more.
+inline constexpr std::int64_t kUnitsAPoll = 100'000;
+
+// Counts that work.
+struct WorkCount {
+  std::int64_t now = 0, most = 0;  // in the poll under way, and in any
+  void Add(std::int64_t units) {
+    now += units;
+    most = std::max(most, now);
+  }
+};
+
+// What a client goes by, however it joined.
 struct Client::Settings {
   std::string instance_id{};
   std::chrono::milliseconds deadline{10'000};
@@ -38,7 +54,8 @@ struct Client::Settings {
   bool returning = false;  // an older process of the player may be there: it is not let go of for a fault here
   bool by_grant = false;   // nobody but its caller can get it another
   std::string scene_cache_dir{};
-  LeaveCall leave{};  // null: leaving closes the connections, and that is all
+  std::vector<std::uint8_t> packed_scene{};  // of a caller that has it
+  LeaveCall leave{};                         // null: leaving closes the connections, and that is all
 };
 
 struct Client::Impl {
@@ -47,6 +64,8 @@ struct Client::Impl {
 
   // Receives (client_receive.cpp).
   void Receive(TimePoint now);
+  // The tick of the oldest snapshot of each peer that is still worth reading.
+  std::map<net::PeerHandle, Tick> OldestToRead(const std::vector<net::Event>& arrived) const;
   void OnEvent(TimePoint now, RegionConnection& connection, const net::Event& event);
   void OnDisconnected(TimePoint now, RegionConnection& connection);
   void OnControl(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
@@ -75,6 +94,7 @@ struct Client::Impl {
   // Gets the scene from the regions (client_scene.cpp).
   void OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void AskForScene(TimePoint now);
+  void ReadScene(TimePoint now);
   void ChooseSource(TimePoint now);
   void EnterScene(TimePoint now, std::shared_ptr<const Scene> scene);
 
@@ -136,6 +156,7 @@ struct Client::Impl {
   std::map<RegionId, RegionEndpoint> endpoints;  // the newest known of each
   bool follow_due = false;                       // map or endpoints have changed
   std::optional<SceneFetch> fetch;               // until the scene is here
+  std::unique_ptr<SceneKeeper> keeper;           // while the scene is written into the folder
   double interest_radius_m = 0;                  // 0: all of the world
   ClientState state = ClientState::kJoining;
   bool started = false;
@@ -167,6 +188,8 @@ struct Client::Impl {
   };
   std::optional<Applied> applied, correct_to;
   std::optional<Predictor> predictor;
+  std::vector<const BodyDef*> on_paths;  // of the scene, ascending by id
+  WorkCount work;
 
   CommandQueue commands;
   EventInbox inbox;
@@ -178,6 +201,7 @@ struct Client::Impl {
   bool catching_up = false;        // with what stood where it was sought: nobody saw the frames since then
   std::vector<std::string> notes;  // notes of the replay
 
+  std::chrono::nanoseconds since_last_poll{0};  // at the beginning of the Poll under way
   std::optional<TimePoint> joined_by, last_poll, silent_since;
   std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;
   RegionStats dropped;          // sums over connections that are no more

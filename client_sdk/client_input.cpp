@@ -67,7 +67,13 @@ void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection
 
 void Client::Impl::Correct() {
   if (!predictor) return;
-  if (!world.bodies().contains(Own())) predictor->Forget();
+  if (const auto own = world.bodies().find(Own()); own == world.bodies().end()) {
+    predictor->Forget();
+  } else {
+    WorkBudget budget(kUnitsAPoll);
+    predictor->Prepare(own->second.state, budget);
+    work.Add(budget.spent());
+  }
   if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
   correct_to.reset();
 }
@@ -75,9 +81,7 @@ void Client::Impl::Correct() {
 void Client::Impl::ShowOnPaths(double tick, std::vector<ShownBody>& shown) const {
   const auto of_regions = std::ssize(shown);
   const double time_s = std::max(tick, 0.0) / session.tick_rate_hz;
-  for (const BodyDef& def : session.scene->bodies) {
-    if (def.path != nullptr) shown.push_back({def.id, physics::PoseOn(*def.path, time_s)});
-  }
+  for (const BodyDef* def : on_paths) shown.push_back({def->id, physics::PoseOn(*def->path, time_s)});
   std::ranges::inplace_merge(shown, shown.begin() + of_regions, {}, &ShownBody::id);
 }
 

@@ -1,10 +1,14 @@
 // Receiving: connections, control messages and snapshots of the regions.
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
 #include "core/replication/datagram.h"
+#include "core/replication/record_codec.h"
 
 namespace tessera::client {
 namespace {
@@ -36,6 +40,24 @@ absl::StatusCode CodeOf(RefusalReason reason) {
   }
 }
 
+// Snapshots of one region that a poll reads at most: of those that came together the newest. A poll that was late reads
+// fewer: nobody has seen the frames between, and what a late poll costs makes the next one late.
+constexpr std::int64_t kSnapshotsAPoll = 4, kSnapshotsALatePoll = 2;
+// A program that shows fewer frames a second than this stands, rather than plays.
+constexpr std::chrono::milliseconds kLatePoll{100};
+// Units (WorkBudget) for receiving a datagram, for reading a snapshot's, and for each body in it.
+constexpr std::int64_t kUnitsToReceive = 150, kUnitsToRead = 50, kUnitsToTakeABody = 30;
+
+std::optional<Tick> TickOfSnapshot(const net::Event& event) {
+  const bool datagram = event.kind == net::Event::Kind::kMessage && event.delivery == net::Delivery::kUnsequenced;
+  if (!datagram || replication::KindOf(event.bytes) != replication::DatagramKind::kSnapshot) return std::nullopt;
+  replication::SnapshotHeader header;
+  replication::BitReader reader(event.bytes);
+  if (!replication::ReadHeader(reader, header).ok() || !reader.ok())
+    return std::nullopt;  // it is refused as it is read
+  return header.tick;
+}
+
 // Nothing where the region says nothing, or nothing that makes sense.
 std::optional<MeetingPoint> MeetingPointOf(const replication::PairChange& change) {
   if (!change.contact) return std::nullopt;
@@ -48,12 +70,36 @@ std::optional<MeetingPoint> MeetingPointOf(const replication::PairChange& change
 }  // namespace
 
 void Client::Impl::Receive(TimePoint now) {
-  for (const net::Event& event : network.Service(now)) {
+  const std::vector<net::Event> arrived = network.Service(now);
+  const std::map<net::PeerHandle, Tick> worth_reading = OldestToRead(arrived);
+  for (const net::Event& event : arrived) {
+    work.Add(kUnitsToReceive);
     RegionConnection* connection = ConnectionOf(event.peer);
     if (connection == nullptr) continue;  // dropped earlier in this very batch
+    if (const auto tick = TickOfSnapshot(event); tick && *tick < worth_reading.at(event.peer)) {
+      connection->PassOver();
+      continue;
+    }
     OnEvent(now, *connection, event);
     if (state == ClientState::kEnded) return;
   }
+}
+
+// A snapshot that is passed over is as good as lost: it is not acknowledged, and what it alone would have said comes
+// with a later one.
+std::map<net::PeerHandle, Tick> Client::Impl::OldestToRead(const std::vector<net::Event>& arrived) const {
+  std::map<net::PeerHandle, Tick> oldest;
+  for (const net::Event& event : arrived) {
+    if (const auto tick = TickOfSnapshot(event)) {
+      Tick& newest = oldest[event.peer];
+      newest = std::max(newest, *tick);
+    }
+  }
+  const bool late = since_last_poll > kLatePoll;
+  const auto interval = static_cast<std::int64_t>(session.tick_rate_hz / session.snapshot_rate_hz);
+  const std::int64_t ticks = ((late ? kSnapshotsALatePoll : kSnapshotsAPoll) - 1) * interval;
+  for (auto& [peer, tick] : oldest) tick = Tick(tick.value() - std::min<std::uint64_t>(tick.value(), ticks));
+  return oldest;
 }
 
 void Client::Impl::OnEvent(TimePoint now, RegionConnection& connection, const net::Event& event) {
@@ -240,6 +286,7 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   if (fetch) return;  // nothing says yet how to read it; it is not acknowledged, so it comes again
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
+  work.Add(kUnitsToRead + kUnitsToTakeABody * std::ssize(snapshot->bodies));
   full_records += snapshot->full_records;
   delta_records += snapshot->bodies.size() - snapshot->full_records;
   newest_tick = std::max(newest_tick, snapshot->tick);

@@ -21,6 +21,10 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene)
   interest_radius_m = snapshots.interest_radius_m;
   world = WorldView(session.tick_rate_hz, static_cast<double>(session.tick_rate_hz) / session.snapshot_rate_hz,
                     session.scene->properties, BodiesAtMost(*session.scene));
+  on_paths.clear();
+  for (const BodyDef& def : session.scene->bodies) {
+    if (def.path != nullptr) on_paths.push_back(&def);
+  }
   if (settings.predict && session.scene->player && !Watches()) predictor.emplace(session.scene, session.player);
   for (RegionConnection& connection : connections) {
     connection.Begin(session.scene->bounds, snapshots);
@@ -43,10 +47,23 @@ void Client::Impl::OnSceneMessage(TimePoint now, RegionConnection& connection, c
   if (fetch->offset() == before) return;
   if (fetch->source == connection.region()) fetch->heard_at = now;
   joined_by = now + settings.deadline;
-  if (!fetch->complete()) return;
-  absl::StatusOr<std::shared_ptr<const Scene>> scene = fetch->Finish();
-  if (!scene.ok()) return End(scene.status(), "");
-  EnterScene(now, *std::move(scene));
+}
+
+// A part with each poll: of reading what is here, and then of keeping it for the next time.
+void Client::Impl::ReadScene(TimePoint now) {
+  WorkBudget budget(kUnitsAPoll);
+  if (keeper && keeper->Go(budget)) keeper.reset();
+  if (fetch) {
+    const bool waits = fetch->from_regions() && !fetch->complete();
+    absl::StatusOr<std::shared_ptr<const Scene>> scene = fetch->Go(budget);
+    if (!scene.ok()) return End(scene.status(), "");
+    if (!waits) joined_by = now + settings.deadline;  // nobody else is to blame for how long this takes
+    if (*scene != nullptr) {
+      keeper = fetch->TakeKeeper();
+      EnterScene(now, *std::move(scene));
+    }
+  }
+  work.Add(budget.spent());
 }
 
 // One region sends the scene. If it dies or falls silent, the next one goes on where it was.
@@ -64,7 +81,7 @@ void Client::Impl::ChooseSource(TimePoint now) {
 }
 
 void Client::Impl::AskForScene(TimePoint now) {
-  if (fetch) ChooseSource(now);
+  if (fetch && fetch->from_regions()) ChooseSource(now);
   for (RegionConnection& connection : connections) {
     if (!connection.welcomed() || (!fetch && !connection.holds())) continue;
     replication::SceneRequest request{.want = Want::kHave};

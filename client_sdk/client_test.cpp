@@ -388,5 +388,59 @@ TEST_F(ClientTest, FollowsANewMapAndIgnoresAnOlderOne) {
   EXPECT_EQ(Count(ClientEvent::Kind::kMapChanged), 2);
 }
 
+// A program that stood for a second: what came meanwhile is passed over but for the newest, and what it said of bodies
+// that have left and of properties comes all the same.
+TEST_F(ClientTest, AClientThatStoodForASecondIsAtTheNewestStateAtOnce) {
+  Make(1);
+  Join();
+  Play();
+  FakeRegion& region = *instance->regions[0];
+  std::vector<BodyRecord> bodies;
+  for (std::uint64_t i = 1; i <= 100; ++i) {
+    bodies.push_back({BodyId(i), Epoch(1), Moving(-40 + 0.5 * static_cast<double>(i), 1)});
+  }
+  const auto step = [&] {
+    for (BodyRecord& body : bodies) body.state.position.x += 1.0 / 30;
+  };
+  std::int64_t usual = 0;
+  for (int i = 0; i < 20; ++i) {
+    step();
+    Advance([&](Tick at) { region.Snapshot(at, bodies); });
+    usual = std::max(usual, client->Stats().work_units);
+  }
+  const std::uint64_t read = client->Stats().regions[0].datagrams;
+  const std::vector<DepartureRecord> leaves = {{BodyId(100), Epoch(1), RegionId()}};
+  for (int i = 0; i < 30; ++i) {
+    step();
+    tick = tick + 2;
+    if (i == 10) bodies.pop_back();
+    region.Snapshot(tick, bodies, i == 10 ? leaves : std::vector<DepartureRecord>());
+    instance->Service();
+  }
+  now += std::chrono::seconds(1);
+  int polls = 0;
+  std::int64_t dearest = 0;
+  const TimePoint limit = Clock::now() + std::chrono::seconds(30);
+  for (; client->tick() != tick && Clock::now() < limit; ++polls) {
+    PollOnce();
+    dearest = std::max(dearest, client->Stats().work_units);
+    now += std::chrono::milliseconds(1);
+  }
+  EXPECT_EQ(client->tick(), tick);
+  EXPECT_LE(polls, 10);
+  EXPECT_LE(dearest, 4 * usual);
+  const ClientStats stats = client->Stats();
+  EXPECT_GE(stats.datagrams_passed_over, 20u);
+  EXPECT_LE(stats.regions[0].datagrams - read, 12u) << "of thirty snapshots no more than two a poll are read";
+  EXPECT_EQ(stats.datagrams_lost, 0u);
+  EXPECT_EQ(stats.decode_errors, 0u);
+  for (int i = 0; i < 3; ++i) {
+    step();
+    Advance([&](Tick at) { region.Snapshot(at, bodies); });
+  }
+  EXPECT_FALSE(client->World().contains(BodyId(100)));
+  EXPECT_NEAR(client->World().at(BodyId(7)).state.position.x, bodies[6].state.position.x, 0.01);
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -35,6 +35,11 @@ std::shared_ptr<const Scene> SceneOf(const std::string& more, const char* player
   return *ResolveScene(*written, "floor.textproto");
 }
 
+void Prepare(Predictor& predictor, const BodyState& own) {
+  WorkBudget budget(100'000);
+  predictor.Prepare(own, budget);
+}
+
 // A region, a client's part of prediction, and the network between them.
 struct Loop {
   struct Report {
@@ -100,6 +105,7 @@ struct Loop {
       for (const SeenBody& body : report.bodies) seen[body.id] = body;
       applied = report;
       clock.Applied(now, report.last_input, report.margin);
+      if (const auto own = seen.find(kOwn); own != seen.end()) Prepare(predictor, own->second.state);
       predictor.Correct(report.tick, report.last_input, seen);
     }
     if (!applied) return;
@@ -398,6 +404,7 @@ TEST(PredictionTest, AJumpIsNotBlended) {
   const TimePoint now{std::chrono::hours(1)};
   SeenBody own{kOwn, RegionId(1), Epoch(1), Tick(10), {}};
   own.state.position = {0, 0.5, 0};
+  Prepare(predictor, own.state);
   predictor.Correct(Tick(10), 0, {{kOwn, own}});
   PlayerInput input;
   input.number = 1;
@@ -421,6 +428,7 @@ TEST(PredictionTest, KnowsWhatAGameChangedOfTheOwnBody) {
   SeenBody own{kOwn, RegionId(1), Epoch(1), Tick(10), {}};
   own.state.position = {0, 5, 0};
   own.tuning.gravity_scale = 0.0f;
+  Prepare(predictor, own.state);
   predictor.Correct(Tick(10), 0, {{kOwn, own}});
   for (std::uint32_t i = 1; i <= 6; ++i) {
     PlayerInput input;
@@ -446,6 +454,7 @@ TEST(PredictionTest, FollowsTheBodyThatInputsMoveWithinTheLimitsOfTheGame) {
   const auto speed_after_six = [&](const PlayerLimits& limits, std::uint64_t tick, std::uint32_t first) {
     predictor.Follow(kCar, limits);
     car.tick = Tick(tick);
+    Prepare(predictor, car.state);
     predictor.Correct(Tick(tick), first - 1, {{kCar, car}});
     for (std::uint32_t i = first; i < first + 6; ++i) {
       PlayerInput input;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "client_sdk/blend.h"
+#include "client_sdk/shape_radius.h"
 #include "core/physics/body_path.h"
 #include "core/region/fields.h"
 #include "core/region/region_players.h"
@@ -23,32 +24,9 @@ constexpr double kTeleport_m = 3;
 constexpr double kChange_s = 0.15;
 // The physics' coarse stages count from an origin; further away it is moved.
 constexpr double kMaxFromOrigin_m = 1000;
-
-double RadiusOf(const Shape& shape);
-
-struct Radius {
-  double operator()(const BoxShape& s) const { return Length(s.half_extents_m); }
-  double operator()(const SphereShape& s) const { return s.radius_m; }
-  double operator()(const CapsuleShape& s) const { return s.radius_m + s.half_height_m; }
-  double operator()(const CylinderShape& s) const { return std::hypot(s.radius_m, s.half_height_m); }
-  double operator()(const ConeShape& s) const { return std::hypot(s.radius_m, s.height_m); }
-  double operator()(const ConvexHullShape& s) const {
-    double most = 0;
-    for (const Vec3f& point : s.points) most = std::max<double>(most, Length(point));
-    return 2 * most;  // the centre of mass is somewhere within
-  }
-  double operator()(const CompoundShape& s) const {
-    double most = 0;
-    for (const CompoundChild& c : s.children) most = std::max(most, Length(c.pose.position) + RadiusOf(*c.shape));
-    return 2 * most;
-  }
-  template <class StaticOnly>
-  double operator()(const StaticOnly&) const {
-    return 0;
-  }
-};
-
-double RadiusOf(const Shape& shape) { return std::visit(Radius{}, shape.form); }
+// Ground is needed so far about the own body, beyond its own radius: for what stands beside it, and for where all of
+// that gets to in the ticks that are simulated.
+constexpr double kGroundBeyond_m = 2, kGroundHorizon_s = 2 * kHorizon_s, kMostGround_m = 60;
 
 // The wire rounds orientations; a character that leans by that would stand elsewhere.
 void StandUpright(BodyState& state) {
@@ -75,10 +53,11 @@ double Speed(const BodyState& state) { return Length(Vec3d(state.linear_velocity
 
 }  // namespace
 
-Predictor::Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player)
-    : catalog_(std::move(scene)),
+Predictor::Predictor(const std::shared_ptr<const Scene>& scene, PlayerNumber player)
+    : catalog_(scene),
       player_def_(catalog_.MakePlayer(player)),
       own_def_(player_def_),
+      ground_(scene),
       tick_s_(1.0 / catalog_.scene().tick_rate_hz) {
   for (const BodyDef& def : catalog_.scene().bodies) {
     if (def.path != nullptr) paths_.push_back(&def);
@@ -110,9 +89,45 @@ void Predictor::Forget() {
   world_.reset();
 }
 
+// The own body stands where nothing of the ground is known yet.
+void Predictor::Pause() {
+  base_tick_.reset();
+  simulated_ = 0;
+  for (const auto& [id, body] : bodies_) {
+    if (world_ != nullptr && world_->Has(id)) world_->Remove(id);
+  }
+  bodies_.clear();
+  jumps_.clear();
+}
+
+double Predictor::GroundReach(const BodyState& own) const {
+  const double reach = RadiusOf(*own_def_.shape) + kGroundBeyond_m + kGroundHorizon_s * Speed(own);
+  return std::min(reach, kMostGround_m);
+}
+
+void Predictor::Prepare(const BodyState& own, WorkBudget& budget) {
+  if (world_ == nullptr) Begin(own.position);
+  ground_.Work(*world_, own.position, GroundReach(own), budget);
+}
+
+bool Predictor::HasGround(const BodyState& own) {
+  if (world_ == nullptr) return false;
+  if (Length(own.position - origin_) > kMaxFromOrigin_m && ground_.Covers(own.position, GroundReach(own))) {
+    Begin(own.position);  // what is near is built anew at once: a millisecond, once a kilometre
+    WorkBudget budget = WorkBudget::Unlimited();
+    ground_.Work(*world_, own.position, GroundReach(own), budget);
+  }
+  return ground_.Covers(own.position, GroundReach(own));
+}
+
 void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<BodyId, SeenBody>& bodies) {
   if (base_tick_.has_value() && tick <= *base_tick_) return;
-  if (!bodies.contains(own_def_.id)) return;
+  const auto own = bodies.find(own_def_.id);
+  if (own == bodies.end()) return;
+  if (!HasGround(own->second.state)) {
+    std::erase_if(inputs_, [&](const PlayerInput& input) { return input.number <= last_input; });
+    return Pause();
+  }
   const bool fresh = !base_tick_.has_value();
   const std::uint32_t newest = inputs_.empty() ? 0 : inputs_[std::max<std::size_t>(simulated_, 1) - 1].number;
   std::map<BodyId, Pose> shown;
@@ -162,9 +177,6 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
     }
   }
 
-  const bool far = Length(own.position - origin_) > kMaxFromOrigin_m;
-  if (world_ == nullptr || far)
-    Begin({std::round(own.position.x), std::round(own.position.y), std::round(own.position.z)});
   for (auto body = bodies_.begin(); body != bodies_.end();) {
     if (chosen.contains(body->first)) {
       ++body;
@@ -178,13 +190,24 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
   for (const BodyId id : chosen) jumps_[id] = bodies.at(id).jumps;
 }
 
-void Predictor::Begin(Vec3d origin) {
-  origin_ = origin;
+void Predictor::Begin(Vec3d near) {
+  origin_ = {std::round(near.x), std::round(near.y), std::round(near.z)};
+  ground_.Begin();
   world_ = std::make_unique<physics::World>(
       physics::WorldSettings{.origin = origin_, .gravity_m_s2 = catalog_.scene().gravity_m_s2});
-  for (const BodyDef& def : catalog_.scene().bodies) {
-    if (def.motion == Motion::kStatic) world_->Add(def, def.initial);
-  }
+  for (const BodyDef* def : paths_) world_->Add(*def, def->initial);
+}
+
+// A body that stands still and holds another by a joint, and is not near: something at its place that touches nothing.
+void Predictor::AddAnchor(BodyId id) {
+  const BodyDef* held = id == BodyId() ? nullptr : DefOf(id);
+  if (held == nullptr || held->motion != Motion::kStatic || world_->Has(id)) return;
+  constexpr double kAnchorRadius_m = 0.01;
+  BodyDef anchor = *held;
+  anchor.shape = std::make_shared<const Shape>(Shape{SphereShape{kAnchorRadius_m}});
+  anchor.trigger = true;
+  anchor.layer.collides = 0;
+  world_->Add(anchor, anchor.initial);
 }
 
 // Bodies with paths are where they are at `tick`, and move from there.
@@ -231,6 +254,8 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
   }
   for (const auto& [id, body] : bodies_) {
     catalog_.ForEachJoint(id, [this](const JointDef& joint) {
+      AddAnchor(joint.body_a);
+      AddAnchor(joint.body_b);
       const bool complete = world_->Has(joint.body_a) && (joint.body_b == BodyId() || world_->Has(joint.body_b));
       if (complete && !world_->HasJoint(joint.id)) world_->AddJoint(joint);
     });

@@ -5,12 +5,14 @@
 // that it had not applied by then, one tick each. When a later state comes, they are simulated anew from it, and the
 // difference is blended away. All other bodies are shown as they were (WorldView).
 //
+//   predictor.Prepare(own.state, budget);                  // once a poll: the ground about the own body, in goes
 //   predictor.Correct(tick, last_input, world.bodies());   // the own body's region sent its state
 //   predictor.Add(input);                                  // the player's, one a tick
 //   for (const PredictedBody& body : predictor.At(now, phase)) ...
 //
-// Exact (but for what the wire rounds) while inputs reach the server in time and nothing else meets the own body.
-// Thread rule: one thread at a time; time comes in.
+// Where the ground is not known yet, nothing is predicted; a poll or two after the own body was put elsewhere, and
+// while a large scene is looked at for the first time. Exact (but for what the wire rounds) while inputs reach the
+// server in time and nothing else meets the own body. Thread rule: one thread at a time; time comes in.
 #pragma once
 
 #include <chrono>
@@ -21,6 +23,8 @@
 #include <vector>
 
 #include "client_sdk/client.h"
+#include "client_sdk/ground.h"
+#include "client_sdk/work_budget.h"
 #include "core/physics/character.h"
 #include "core/physics/world.h"
 #include "core/region/catalog.h"
@@ -40,13 +44,16 @@ class Predictor {
   // Ticks simulated anew at most: beyond a fifth of a second the own body is shown that much late instead.
   static constexpr std::size_t kMaxTicks = 12;
 
-  Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player);
+  Predictor(const std::shared_ptr<const Scene>& scene, PlayerNumber player);
 
   // Whether it could be the own body: the player's, or one of the scene that moves.
   bool Knows(BodyId id) const { return IsPlayerBody(id) ? id == player_def_.id : catalog_.Known(id); }
   // The inputs move this body from now on, within these limits. Requires Knows(own).
   void Follow(BodyId own, const PlayerLimits& limits);
+  // Goes on with building the ground about the own body, which is in this state.
+  void Prepare(const BodyState& own, WorkBudget& budget);
   // `bodies` holds the own body's state at `tick`, after the input `last_input`. An older state is ignored.
+  // Without ground there the prediction pauses.
   void Correct(Tick tick, std::uint32_t last_input, const std::map<BodyId, SeenBody>& bodies);
   // An input for the own body; numbers ascend.
   void Add(const PlayerInput& input);
@@ -54,6 +61,7 @@ class Predictor {
   std::vector<PredictedBody> At(TimePoint now, double phase);
   void Forget();  // the own body is gone
 
+  const Ground& ground() const { return ground_; }
   bool running() const { return base_tick_.has_value(); }
   // The tick of the newest predicted state.
   Tick tick() const;
@@ -71,7 +79,11 @@ class Predictor {
     bool touched = false;  // by the own body, itself or through others, in the last simulation
   };
 
-  void Begin(Vec3d origin);
+  void Begin(Vec3d near);
+  void Pause();
+  double GroundReach(const BodyState& own) const;
+  bool HasGround(const BodyState& own);
+  void AddAnchor(BodyId id);
   void Choose(const std::map<BodyId, SeenBody>& bodies);
   void Place(Tick tick, const std::map<BodyId, SeenBody>& bodies);
   void Simulate();
@@ -90,6 +102,7 @@ class Predictor {
   BodyDef player_def_;  // defines the player's own body
   BodyDef own_def_;     // defines the body that the inputs move
   PlayerLimits limits_;
+  Ground ground_;
   double tick_s_;
   std::unique_ptr<physics::World> world_;
   Vec3d origin_;

@@ -105,6 +105,12 @@ std::optional<replication::ReceivedSnapshot> RegionConnection::ReadSnapshot(std:
   return *std::move(snapshot);
 }
 
+void RegionConnection::PassOver() {
+  if (!welcomed()) return;
+  ++read_here_;  // it is not lost
+  ++stats_.datagrams_passed_over;
+}
+
 void RegionConnection::TakeFigures(std::span<const std::uint8_t> datagram) {
   if (!welcomed()) return;
   absl::StatusOr<replication::RegionFigures> figures = replication::DecodeRegionFigures(datagram);

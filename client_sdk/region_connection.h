@@ -53,6 +53,8 @@ class RegionConnection {
 
   // Nothing if it is refused or this side is not welcomed yet.
   std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
+  // A snapshot is not read, for newer ones are there; it is not acknowledged either.
+  void PassOver();
   // Takes the region's figures; counts an error if they are malformed.
   void TakeFigures(std::span<const std::uint8_t> datagram);
   // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to send.

@@ -1,38 +1,33 @@
 #include "client_sdk/scene_fetch.h"
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/world/byte_view.h"
-#include "core/world/packed_scene.h"
-#include "core/world/sha256.h"
 
 namespace tessera::client {
 namespace {
 
-replication::Digest DigestOf(std::span<const std::uint8_t> bytes) {
-  return *replication::DigestFrom(Sha256Hex(AsText(bytes)));
-}
-
-std::vector<std::uint8_t> ReadWhole(const std::string& file) {
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  const auto size = in ? static_cast<std::int64_t>(in.tellg()) : 0;
-  if (size <= 0 || static_cast<std::uint64_t>(size) > kMaxPackedSceneBytes + sizeof(replication::Digest)) return {};
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
-  in.seekg(0);
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  return in ? bytes : std::vector<std::uint8_t>();
-}
+constexpr std::size_t kDigestBytes = sizeof(replication::Digest);
+// One go at a file and at its sum, before the budget is asked again.
+constexpr std::size_t kAtOnce_bytes = std::size_t{32} * 1024;
+// Bytes that a unit reads from a file, sums and unpacks.
+constexpr std::int64_t kReadAUnit_bytes = 8, kSummedAUnit_bytes = 4, kUnpackedAUnit_bytes = 2;
 
 }  // namespace
 
-SceneFetch::SceneFetch(std::string scene_hash, std::string cache_dir)
+SceneFetch::SceneFetch(std::string scene_hash, std::string cache_dir, std::vector<std::uint8_t> packed)
     : scene_hash_(std::move(scene_hash)), cache_dir_(std::move(cache_dir)) {
   if (auto digest = replication::DigestFrom(scene_hash_); digest.ok()) digest_ = *digest;
+  if (!packed.empty()) {
+    source_of_bytes_ = From::kCaller;
+    bytes_ = std::move(packed);
+    total_ = summed_ = bytes_.size();
+  } else if (!cache_dir_.empty() && OpenKept()) {
+    source_of_bytes_ = From::kFolder;
+  }
 }
 
 // The version of the packed form is in the name: another library's files are not in its way.
@@ -40,23 +35,46 @@ std::string SceneFetch::KeptFile() const {
   return (std::filesystem::path(cache_dir_) / absl::StrCat(scene_hash_, ".", kPackedSceneVersion, ".tsrs")).string();
 }
 
-std::shared_ptr<const Scene> SceneFetch::TakeKept() const {
-  if (cache_dir_.empty()) return nullptr;
-  const std::vector<std::uint8_t> bytes = ReadWhole(KeptFile());
-  constexpr std::size_t kDigestBytes = sizeof(replication::Digest);
-  if (bytes.size() <= kDigestBytes) return nullptr;
-  const std::span<const std::uint8_t> stated = std::span(bytes).first(kDigestBytes);
-  const std::span<const std::uint8_t> packed = std::span(bytes).subspan(kDigestBytes);
-  const replication::Digest digest = DigestOf(packed);
-  if (!std::equal(stated.begin(), stated.end(), digest.begin())) return nullptr;
-  auto scene = UnpackScene(packed);
-  return scene.ok() ? *std::move(scene) : nullptr;
+bool SceneFetch::OpenKept() {
+  kept_.open(KeptFile(), std::ios::binary | std::ios::ate);
+  const std::int64_t size = kept_ ? static_cast<std::int64_t>(kept_.tellg()) : 0;
+  if (size <= static_cast<std::int64_t>(kDigestBytes)) return false;
+  if (static_cast<std::uint64_t>(size) > kMaxPackedSceneBytes + kDigestBytes) return false;
+  kept_.seekg(0);
+  kept_.read(reinterpret_cast<char*>(sha256_.data()), static_cast<std::streamsize>(kDigestBytes));
+  total_ = static_cast<std::uint64_t>(size) - kDigestBytes;
+  bytes_.reserve(static_cast<std::size_t>(total_));
+  return static_cast<bool>(kept_);
+}
+
+void SceneFetch::ReadKept(WorkBudget& budget) {
+  while (source_of_bytes_ == From::kFolder && !complete() && budget.left()) {
+    const std::size_t begin = bytes_.size();
+    const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(kAtOnce_bytes, total_ - begin));
+    bytes_.resize(begin + size);
+    kept_.read(reinterpret_cast<char*>(bytes_.data() + begin), static_cast<std::streamsize>(size));
+    budget.Spend(static_cast<std::int64_t>(size) / kReadAUnit_bytes);
+    if (!kept_) AskRegions();
+  }
+}
+
+// The folder's file is none.
+void SceneFetch::AskRegions() {
+  source_of_bytes_ = From::kRegions;
+  kept_.close();
+  bytes_.clear();
+  unpacker_.reset();
+  (void)sum_.Finish();
+  summed_ = 0;
+  total_ = 0;
 }
 
 absl::Status SceneFetch::Take(const replication::SceneChunk& chunk) {
+  if (!from_regions()) return absl::OkStatus();
   if (total_ == 0) {
     total_ = chunk.total_bytes;
     sha256_ = chunk.sha256;
+    bytes_.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(total_, kMaxPackedSceneBytes)));
   }
   if (chunk.total_bytes != total_ || chunk.sha256 != sha256_) {
     return absl::InternalError("the regions send different scenes");
@@ -68,29 +86,48 @@ absl::Status SceneFetch::Take(const replication::SceneChunk& chunk) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Finish() const {
-  if (DigestOf(bytes_) != sha256_) return absl::InternalError("the regions' scene is not the one that they named");
-  auto scene = UnpackScene(bytes_);
-  if (!scene.ok()) return absl::InternalError(absl::StrCat("the regions' scene: ", scene.status().message()));
-  if (!cache_dir_.empty()) Keep();
-  return *std::move(scene);
+void SceneFetch::Check(WorkBudget& budget) {
+  while (summed_ < bytes_.size() && budget.left()) {
+    const std::size_t size = std::min(kAtOnce_bytes, bytes_.size() - summed_);
+    sum_.Add(std::span(bytes_).subspan(summed_, size));
+    summed_ += size;
+    budget.Spend(static_cast<std::int64_t>(size) / kSummedAUnit_bytes);
+  }
 }
 
-// Under another name first, so that a file of the right name is a whole one.
-void SceneFetch::Keep() const {
-  std::error_code error;
-  std::filesystem::create_directories(cache_dir_, error);
-  const std::string file = KeptFile();
-  const std::string part =
-      absl::StrCat(file, ".", std::chrono::steady_clock::now().time_since_epoch().count(), ".part");
-  {
-    std::ofstream out(part, std::ios::binary | std::ios::trunc);
-    out.write(reinterpret_cast<const char*>(sha256_.data()), static_cast<std::streamsize>(sha256_.size()));
-    out.write(reinterpret_cast<const char*>(bytes_.data()), static_cast<std::streamsize>(bytes_.size()));
-    if (!out.flush()) error = std::make_error_code(std::errc::io_error);
+absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Go(WorkBudget& budget) {
+  const std::shared_ptr<const Scene> not_yet;
+  ReadKept(budget);
+  Check(budget);
+  if (!complete() || summed_ < bytes_.size() || !budget.left()) return not_yet;
+  if (unpacker_ == nullptr) {
+    if (source_of_bytes_ != From::kCaller && sum_.Finish() != sha256_) {
+      if (from_regions()) return absl::InternalError("the regions' scene is not the one that they named");
+      AskRegions();
+      return not_yet;
+    }
+    unpacker_ = std::make_unique<SceneUnpacker>(bytes_);
   }
-  if (!error) std::filesystem::rename(part, file, error);
-  if (error) std::filesystem::remove(part, error);
+  const std::int64_t units = budget.units_left();
+  if (!unpacker_->Go(static_cast<std::size_t>(units * kUnpackedAUnit_bytes))) {
+    budget.Spend(units);
+    return not_yet;
+  }
+  return Unpacked();
+}
+
+absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Unpacked() {
+  auto scene = unpacker_->Take();
+  if (scene.ok() || source_of_bytes_ == From::kCaller) return scene;
+  if (from_regions()) return absl::InternalError(absl::StrCat("the regions' scene: ", scene.status().message()));
+  AskRegions();
+  return std::shared_ptr<const Scene>();
+}
+
+std::unique_ptr<SceneKeeper> SceneFetch::TakeKeeper() {
+  if (!from_regions() || cache_dir_.empty()) return nullptr;
+  unpacker_.reset();  // it reads the bytes
+  return std::make_unique<SceneKeeper>(KeptFile(), sha256_, std::move(bytes_));
 }
 
 }  // namespace tessera::client

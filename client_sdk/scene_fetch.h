@@ -1,14 +1,18 @@
-// SceneFetch: the packed scene on its way from the regions to a client, and the folder that keeps it for the next time.
+// SceneFetch: the packed scene on its way to a client: from the folder that keeps it, from its caller, or from the
+// regions.
 //
-// Parts come in the order of their places; what overlaps is passed over, so that one region may go on where another
-// stopped. The whole must have the SHA-256 that its parts named. A kept file begins with that digest, so a damaged one
-// is found, and fetched anew; whatever goes wrong with the folder costs no more than that.
+// Reading, checking and unpacking a large scene takes a tenth of a second, so they go on a little with each poll (Go),
+// counted by a WorkBudget. Parts of the regions come in the order of their places; what overlaps is passed over, so
+// that one region may go on where another stopped. The whole must have the SHA-256 that its parts named. A kept file
+// begins with that digest, so a damaged one is found, and the scene is fetched; whatever goes wrong with the folder
+// costs no more than that.
 //
-// Thread rule: one thread at a time. Files are touched when it is made, by TakeKept and by Finish.
+// Thread rule: one thread at a time. The constructor, Go and the keeper touch files.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,9 +20,13 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "client_sdk/scene_keeper.h"
+#include "client_sdk/work_budget.h"
 #include "core/replication/scene_transfer.h"
 #include "core/world/ids.h"
+#include "core/world/packed_scene.h"
 #include "core/world/scene.h"
+#include "core/world/sha256.h"
 
 namespace tessera::client {
 
@@ -29,33 +37,47 @@ class SceneFetch {
   // A region that has sent nothing for so long is asked no more while there is another.
   static constexpr std::chrono::milliseconds kPatience{2000};
 
-  // `scene_hash`: 64 hexadecimal digits. `cache_dir`: empty: nothing is kept.
-  SceneFetch(std::string scene_hash, std::string cache_dir);
-
-  // The scene of an earlier time; null if there is none that is whole.
-  std::shared_ptr<const Scene> TakeKept() const;
+  // `scene_hash`: 64 hexadecimal digits. `cache_dir`: empty: nothing is kept. `packed`: the caller's; empty: the folder
+  // or the regions have it.
+  SceneFetch(std::string scene_hash, std::string cache_dir, std::vector<std::uint8_t> packed = {});
 
   const replication::Digest& scene_hash() const { return digest_; }
   std::uint64_t offset() const { return bytes_.size(); }
   bool complete() const { return total_ > 0 && bytes_.size() == total_; }
-  // INTERNAL: it is a part of another scene than those before it.
+  // Whether the regions are to be asked.
+  bool from_regions() const { return source_of_bytes_ == From::kRegions; }
+  // A part came from a region. INTERNAL: it is a part of another scene than those before it.
   absl::Status Take(const replication::SceneChunk& chunk);
-  // Checks the scene, reads and keeps it. Requires complete(). INTERNAL: the regions sent another one than they said.
-  absl::StatusOr<std::shared_ptr<const Scene>> Finish() const;
+  // Goes on with what is here: the scene once it is read, null until then. INTERNAL: the regions sent something else
+  // than they said; INVALID_ARGUMENT: the caller's scene is damaged.
+  absl::StatusOr<std::shared_ptr<const Scene>> Go(WorkBudget& budget);
+  // After Go has given a scene of the regions, once: keeps it. Null if it is not to be kept.
+  std::unique_ptr<SceneKeeper> TakeKeeper();
 
   // The region that sends it, and since when nothing has come from there.
   std::optional<RegionId> source{};
   TimePoint heard_at{};
 
  private:
+  enum class From : std::uint8_t { kFolder, kCaller, kRegions };
+
   std::string KeptFile() const;
-  void Keep() const;
+  bool OpenKept();
+  void ReadKept(WorkBudget& budget);
+  void AskRegions();
+  void Check(WorkBudget& budget);
+  absl::StatusOr<std::shared_ptr<const Scene>> Unpacked();
 
   std::string scene_hash_, cache_dir_;
   replication::Digest digest_{};
+  From source_of_bytes_ = From::kRegions;
+  std::ifstream kept_;
   std::uint64_t total_ = 0;
   replication::Digest sha256_{};
   std::vector<std::uint8_t> bytes_;
+  Sha256 sum_;
+  std::size_t summed_ = 0;
+  std::unique_ptr<SceneUnpacker> unpacker_;
 };
 
 }  // namespace tessera::client

@@ -40,7 +40,9 @@ struct RegionStats {
   double round_trip_s = 0;
   std::uint64_t datagrams = 0;       // snapshots that were read
   std::uint64_t datagrams_lost = 0;  // or on their way
-  std::uint64_t decode_errors = 0;   // refused: malformed, or their baseline was not here
+  // Came while newer ones were there already, after a pause, and were not read.
+  std::uint64_t datagrams_passed_over = 0;
+  std::uint64_t decode_errors = 0;  // refused: malformed, or their baseline was not here
   std::uint64_t reconnects = 0;
   // The region's own figures, over this connection: how many came, the newest, and those before it. Before the first
   // two the ones before are those of a region that has done nothing.
@@ -54,7 +56,7 @@ struct ClientStats {
   double bytes_in_per_s = 0, bytes_out_per_s = 0;
   std::vector<RegionStats> regions;                     // ascending by id
   std::uint64_t datagrams_lost = 0, decode_errors = 0;  // sums of the above, and of those no longer connected
-  std::uint64_t reconnects = 0;
+  std::uint64_t reconnects = 0, datagrams_passed_over = 0;
   std::uint64_t full_records = 0, delta_records = 0;  // bodies that came as full records, and as changes
   std::uint64_t inputs_refused = 0;
   std::size_t bodies = 0;
@@ -67,6 +69,9 @@ struct ClientStats {
   std::uint64_t corrections = 0;        // times the predicted own body was off by more than a centimetre
   double last_correction_m = 0;
   std::uint64_t playout_jumps = 0;  // times the moment shown had to jump instead of to glide
+  // Counted work (work_budget.h) of the last Poll, and of the dearest: receiving, reading the scene, building ground.
+  std::int64_t work_units = 0, most_work_units = 0;
+  bool predicting = false;  // the own body is shown ahead, by the inputs already made
   // The dissertation's client metrics: between calls of Poll, within Poll, within Interpolated.
   DurationSummary frame_time, network_time, update_time;
 };

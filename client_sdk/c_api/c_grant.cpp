@@ -52,9 +52,9 @@ tessera_code tessera_join_grant(const void* grant, size_t grant_size, const tess
     if (options.scene_cache_dir != nullptr) join.scene_cache_dir = options.scene_cache_dir;
     if (options.scene_size > 0) {
       if (options.scene == nullptr) return Refuse("options.scene: is NULL");
-      auto scene = UnpackScene({static_cast<const std::uint8_t*>(options.scene), options.scene_size});
-      if (!scene.ok()) return Report(scene.status());
-      join.scene = *std::move(scene);
+      const auto* bytes = static_cast<const std::uint8_t*>(options.scene);
+      join.packed_scene.assign(bytes, bytes + options.scene_size);
+      if (absl::Status status = CheckPackedScene(join.packed_scene); !status.ok()) return Report(status);
     }
     join.leave = LeaveOf(options, user);
     auto joined = client::Client::JoinByGrant({static_cast<const std::uint8_t*>(grant), grant_size}, join);

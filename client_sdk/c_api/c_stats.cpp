@@ -88,6 +88,8 @@ tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out)
     stats.frame_time = Give(from.frame_time);
     stats.network_time = Give(from.network_time);
     stats.update_time = Give(from.update_time);
+    stats.datagrams_passed_over = from.datagrams_passed_over;
+    stats.predicting = from.predicting ? 1 : 0;
     GiveOut(stats, out);
     return tessera_code{TESSERA_OK};
   });

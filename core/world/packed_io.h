@@ -162,20 +162,38 @@ class PackReader {
   template <class T, class Each>
   void List(const char* field, std::vector<T>& list, std::size_t low, std::size_t most, std::size_t min_bytes,
             const Each& each) {
-    const std::size_t count = in_.Count(min_bytes);
-    if (!Read(field)) return;
-    if (count < low || count > most) {
-      return Fail(field, absl::StrCat(count, " of them, not within ", low, " and ", most));
-    }
-    list.resize(count);
-    path_.emplace_back(field, 0);
-    for (T& one : list) {
-      each(one);
-      if (!ok()) break;
-      ++path_.back().second;
-    }
-    path_.pop_back();
+    std::size_t left = BeginList(field, low, most, min_bytes);
+    list.clear();
+    list.reserve(left);
+    ListOn(list, left, ~std::size_t{0}, each);
   }
+
+  // The same in goes: `BeginList` gives how many there are, 0 after a failure; `ListOn` reads some of them, about
+  // `bytes`, and gives whether it has come to the end.
+  std::size_t BeginList(const char* field, std::size_t low, std::size_t most, std::size_t min_bytes) {
+    const std::size_t count = in_.Count(min_bytes);
+    if (Read(field) && (count < low || count > most)) {
+      Fail(field, absl::StrCat(count, " of them, not within ", low, " and ", most));
+    }
+    path_.emplace_back(field, 0);
+    return ok() ? count : 0;
+  }
+  template <class T, class Each>
+  bool ListOn(std::vector<T>& list, std::size_t& left, std::size_t bytes, const Each& each) {
+    const std::size_t begin = remaining();
+    for (; left > 0 && ok(); --left) {
+      if (begin - remaining() >= bytes) return false;
+      each(list.emplace_back());
+      NextOfList();
+    }
+    EndList();
+    return true;
+  }
+  // For a list that is read by hand.
+  void NextOfList() {
+    if (ok()) ++path_.back().second;
+  }
+  void EndList() { path_.pop_back(); }
 
  private:
   // False after a failure, which is named by the field under way.

@@ -1,7 +1,10 @@
 #include "core/world/packed_scene.h"
 
+#include <algorithm>
 #include <array>
+#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "core/world/byte_view.h"
 #include "core/world/packed_body.h"
@@ -19,18 +22,6 @@ constexpr std::string_view kPackedMagic = "TSRS";
 // In this order; each once.
 constexpr std::array<std::string_view, 4> kChunkIds{"RULE", "SHAP", "BODY", "JOIN"};
 
-template <class Io, class T>
-void BodiesOf(Io& io, T& bodies, const packed::Context& context) {
-  BodyId before;
-  io.List("bodies", bodies, 0, kMaxBodies, packed::kMinBodyBytes, [&](auto& body) {
-    packed::BodyOf(io, body, context);
-    if constexpr (Io::kReads) {
-      if (io.ok() && body.id <= before) io.Fail("id", "does not ascend");
-      before = body.id;
-    }
-  });
-}
-
 // Null if there is no such body.
 const BodyDef* FindBody(const std::vector<BodyDef>& bodies, BodyId id) {
   const auto it = std::ranges::lower_bound(bodies, id, {}, &BodyDef::id);
@@ -44,19 +35,6 @@ void CheckEnds(PackReader& io, const JointDef& joint, const std::vector<BodyDef>
   if (a == nullptr) return io.Fail("body_a", "there is no such body");
   if (b == nullptr && joint.body_b != BodyId()) return io.Fail("body_b", "there is no such body");
   if (a->motion == Motion::kStatic && (b == nullptr || b->motion == Motion::kStatic)) io.Fail("body_a", "is static");
-}
-
-template <class Io, class T, class B>
-void JointsOf(Io& io, T& joints, const B& bodies) {
-  JointId before;
-  io.List("joints", joints, 0, kMaxJoints, packed::kMinJointBytes, [&](auto& joint) {
-    packed::JointOf(io, joint);
-    if constexpr (Io::kReads) {
-      CheckEnds(io, joint, bodies);
-      if (io.ok() && joint.id <= before) io.Fail("id", "does not ascend");
-      before = joint.id;
-    }
-  });
 }
 
 packed::ShapeTable ShapesOf(const Scene& scene) {
@@ -112,9 +90,11 @@ std::vector<std::uint8_t> PackScene(const Scene& scene) {
   std::array<PackWriter, kChunkIds.size()> chunks;
   packed::RulesOf(chunks[0], scene, context);
   shapes.Write(chunks[1]);
-  BodiesOf(chunks[2], scene.bodies, context);
+  chunks[2].List("bodies", scene.bodies, 0, kMaxBodies, packed::kMinBodyBytes,
+                 [&](const BodyDef& body) { packed::BodyOf(chunks[2], body, context); });
   packed::PlayerAndPrefabsOf(chunks[2], scene, context);
-  JointsOf(chunks[3], scene.joints, scene.bodies);
+  chunks[3].List("joints", scene.joints, 0, kMaxJoints, packed::kMinJointBytes,
+                 [&](const JointDef& joint) { packed::JointOf(chunks[3], joint); });
   ByteWriter out;
   out.Text(kPackedMagic);
   out.U16(kPackedSceneVersion);
@@ -127,33 +107,111 @@ std::vector<std::uint8_t> PackScene(const Scene& scene) {
   return out.Take();
 }
 
-absl::StatusOr<std::shared_ptr<const Scene>> UnpackScene(std::span<const std::uint8_t> bytes) {
-  const auto chunks = ChunksOf(bytes);
-  if (!chunks.ok()) return chunks.status();
-  auto scene = std::make_shared<Scene>();
+// The chunks one after the other; `left` and the ids before belong to the list under way.
+struct SceneUnpacker::Impl {
+  explicit Impl(std::span<const std::uint8_t> bytes) : chunks(ChunksOf(bytes)) {
+    if (!chunks.ok()) status = chunks.status();
+  }
+
+  void Enter(std::size_t chunk) {
+    io.emplace((*chunks)[chunk]);
+    at = chunk;
+  }
+  void Leave() { status = Finished(*io); }
+  void ReadRules() {
+    Enter(0);
+    packed::RulesOf(*io, *scene, context);
+    context.properties = scene->properties;
+    context.kinds = scene->kinds.size();
+    context.layers = scene->layers.size();
+    Leave();
+  }
+  bool BodiesOn(std::size_t bytes) {
+    return io->ListOn(scene->bodies, left, bytes, [&](BodyDef& body) {
+      packed::BodyOf(*io, body, context);
+      if (io->ok() && body.id <= body_before) io->Fail("id", "does not ascend");
+      body_before = body.id;
+    });
+  }
+  bool JointsOn(std::size_t bytes) {
+    return io->ListOn(scene->joints, left, bytes, [&](JointDef& joint) {
+      packed::JointOf(*io, joint);
+      CheckEnds(*io, joint, scene->bodies);
+      if (io->ok() && joint.id <= joint_before) io->Fail("id", "does not ascend");
+      joint_before = joint.id;
+    });
+  }
+  void BeginBodies() {
+    Enter(2);
+    left = io->BeginList("bodies", 0, kMaxBodies, packed::kMinBodyBytes);
+    scene->bodies.reserve(left);
+  }
+  void EndBodies() {
+    packed::PlayerAndPrefabsOf(*io, *scene, context);
+    Leave();
+    if (!status.ok()) return;
+    Enter(3);
+    left = io->BeginList("joints", 0, kMaxJoints, packed::kMinJointBytes);
+    scene->joints.reserve(left);
+  }
+  // One go at the chunk under way.
+  void On(std::size_t bytes) {
+    if (!io) {
+      ReadRules();
+      if (status.ok()) Enter(1);
+    } else if (at == 1) {
+      if (!shapes.ReadOn(*io, bytes)) return;
+      Leave();
+      if (status.ok()) BeginBodies();
+    } else if (at == 2) {
+      if (BodiesOn(bytes)) EndBodies();
+    } else if (JointsOn(bytes)) {
+      Leave();
+      done = true;
+    }
+  }
+  std::size_t Remaining() const { return io ? io->remaining() : 0; }
+
+  absl::StatusOr<std::array<std::span<const std::uint8_t>, kChunkIds.size()>> chunks;
+  absl::Status status;
+  std::shared_ptr<Scene> scene = std::make_shared<Scene>();
   packed::ShapeTable shapes;
-
-  PackReader rules((*chunks)[0]);
   packed::Context context{shapes, {}, 0, 0};
-  packed::RulesOf(rules, *scene, context);
-  if (absl::Status status = Finished(rules); !status.ok()) return status;
-  context.properties = scene->properties;
-  context.kinds = scene->kinds.size();
-  context.layers = scene->layers.size();
+  std::optional<PackReader> io;
+  std::size_t at = 0, left = 0;
+  BodyId body_before;
+  JointId joint_before;
+  bool done = false;
+};
 
-  PackReader table((*chunks)[1]);
-  shapes.Read(table);
-  if (absl::Status status = Finished(table); !status.ok()) return status;
+SceneUnpacker::SceneUnpacker(std::span<const std::uint8_t> bytes) : impl_(std::make_unique<Impl>(bytes)) {}
+SceneUnpacker::~SceneUnpacker() = default;
 
-  PackReader bodies((*chunks)[2]);
-  BodiesOf(bodies, scene->bodies, context);
-  packed::PlayerAndPrefabsOf(bodies, *scene, context);
-  if (absl::Status status = Finished(bodies); !status.ok()) return status;
+bool SceneUnpacker::Go(std::size_t bytes) {
+  Impl& me = *impl_;
+  while (me.status.ok() && !me.done) {
+    const std::size_t chunk = me.at, before = me.Remaining();
+    me.On(bytes);
+    if (me.at != chunk || !me.io) continue;
+    const std::size_t read = before - me.Remaining();
+    if (read >= bytes) break;
+    bytes -= read;
+  }
+  return !me.status.ok() || me.done;
+}
 
-  PackReader joints((*chunks)[3]);
-  JointsOf(joints, scene->joints, scene->bodies);
-  if (absl::Status status = Finished(joints); !status.ok()) return status;
-  return scene;
+absl::StatusOr<std::shared_ptr<const Scene>> SceneUnpacker::Take() {
+  if (!impl_->status.ok()) return impl_->status;
+  return std::shared_ptr<const Scene>(std::move(impl_->scene));
+}
+
+absl::Status CheckPackedScene(std::span<const std::uint8_t> bytes) { return ChunksOf(bytes).status(); }
+
+absl::StatusOr<std::shared_ptr<const Scene>> UnpackScene(std::span<const std::uint8_t> bytes) {
+  SceneUnpacker unpacker(bytes);
+  while (!unpacker.Go(bytes.size() + 1)) {
+  }
+  return unpacker.Take();
 }
 
 }  // namespace tessera

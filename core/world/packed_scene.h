@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/world/scene.h"
 
@@ -33,5 +34,30 @@ std::vector<std::uint8_t> PackScene(const Scene& scene);
 // INVALID_ARGUMENT naming the place: "packed scene: bodies[12].mass_kg: 0 is not within ...", "packed scene: of version
 // 2; this program reads 1".
 absl::StatusOr<std::shared_ptr<const Scene>> UnpackScene(std::span<const std::uint8_t> bytes);
+
+// Its head alone: that it is one, of this version, with its parts as long as it says. INVALID_ARGUMENT as above.
+absl::Status CheckPackedScene(std::span<const std::uint8_t> bytes);
+
+// UnpackScene in goes, for a caller that must not wait for a large one.
+//
+//   SceneUnpacker unpacker(bytes);
+//   while (!unpacker.Go(64 * 1024)) ...               // does other things
+//   scene = unpacker.Take();
+//
+// Thread rule: one thread at a time.
+class SceneUnpacker {
+ public:
+  // `bytes` outlive it.
+  explicit SceneUnpacker(std::span<const std::uint8_t> bytes);
+  ~SceneUnpacker();
+  // Reads on for about `bytes` (> 0): no more than one thing beyond. True once it has come to the end, or failed.
+  bool Go(std::size_t bytes);
+  // After the end, once: as UnpackScene.
+  absl::StatusOr<std::shared_ptr<const Scene>> Take();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace tessera

@@ -214,5 +214,61 @@ TEST(PackedSceneTest, NamesThePlaceThatIsWrong) {
   EXPECT_EQ(UnpackScene(other).status().message(), "packed scene: of version 2; this program reads 1");
 }
 
+// Ten bytes at a time, and the same comes out, or the same fault.
+TEST(PackedSceneTest, ReadInGoesItIsTheSame) {
+  const PackedBytes packed = PackScene(*SceneOf(kEverything));
+  const auto in_goes = [](std::span<const std::uint8_t> bytes, std::size_t at_once, int* goes) {
+    SceneUnpacker unpacker(bytes);
+    for (*goes = 1; !unpacker.Go(at_once); ++*goes) {
+    }
+    return unpacker.Take();
+  };
+  int goes = 0;
+  const auto same = in_goes(packed, 10, &goes);
+  ASSERT_TRUE(same.ok()) << same.status();
+  EXPECT_EQ(SceneDifference::Between(**UnpackScene(packed), **same), "");
+  EXPECT_GE(goes, 6) << "one for each body, and more";
+  for (std::size_t at = 0; at < packed.size(); at += 7) {
+    PackedBytes changed = packed;
+    changed[at] = static_cast<std::uint8_t>(changed[at] ^ 0x55);
+    EXPECT_EQ(in_goes(changed, 10, &goes).status(), UnpackScene(changed).status()) << at;
+  }
+}
+
+// A mesh and a height field of many parts, of which each go takes its share.
+TEST(PackedSceneTest, NoGoTakesALargeShapeWhole) {
+  Scene scene = *SceneOf(kEverything);
+  TriangleMeshShape mesh;
+  for (std::uint32_t i = 0; i < 30'000; ++i) {
+    const auto x = static_cast<float>(i);
+    mesh.vertices.insert(mesh.vertices.end(), {{x, 0, 0}, {x, 0, 1}, {x + 1, 0, 0}});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  HeightFieldShape field{.columns = 400, .rows = 300, .spacing_m = 1, .heights_m = std::vector<float>(120'000, 2.5f)};
+  scene.bodies[0].shape = std::make_shared<const Shape>(Shape{std::move(mesh)});
+  BodyDef ground = scene.bodies[0];
+  ground.id = BodyId(2);
+  ground.shape = std::make_shared<const Shape>(Shape{std::move(field)});
+  scene.bodies.insert(scene.bodies.begin() + 1, ground);
+  const PackedBytes packed = PackScene(scene);
+  constexpr std::size_t kAtOnce = 10'000;
+  SceneUnpacker unpacker(packed);
+  std::size_t goes = 1;
+  while (!unpacker.Go(kAtOnce)) ++goes;
+  EXPECT_GE(goes, packed.size() / kAtOnce / 2);
+  EXPECT_LE(goes, packed.size() / kAtOnce + 10);
+  const auto same = unpacker.Take();
+  ASSERT_TRUE(same.ok()) << same.status();
+  EXPECT_EQ(SceneDifference::Between(scene, **same), "");
+}
+
+TEST(PackedSceneTest, TheHeadAloneSaysWhetherItIsOne) {
+  PackedBytes packed = PackScene(*SceneOf(kEverything));
+  EXPECT_TRUE(CheckPackedScene(packed).ok());
+  EXPECT_EQ(CheckPackedScene(std::span(packed).first(packed.size() - 1)).code(), absl::StatusCode::kInvalidArgument);
+  packed[0] = 'X';
+  EXPECT_EQ(CheckPackedScene(packed).message(), "packed scene: this is none");
+}
+
 }  // namespace
 }  // namespace tessera

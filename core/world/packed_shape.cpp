@@ -1,5 +1,6 @@
 #include "core/world/packed_shape.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace tessera::packed {
@@ -78,31 +79,78 @@ void ShapeTable::Write(PackWriter& io) const {
   io.List("shapes", bytes_, 0, kMaxShapes, 2, [&](const std::vector<std::uint8_t>& bytes) { io.Raw(bytes); });
 }
 
-void ShapeTable::Read(PackReader& io) {
-  shapes_.clear();
-  std::vector<ShapePtr> all;
-  // A body, a player and members of prefabs have one each, and a compound's parts are shapes of their own.
-  io.List("shapes", all, 0, kMaxShapes, 2, [&](ShapePtr& made) {
-    std::uint8_t place = 0;
-    io.Choice("form", place, static_cast<std::uint8_t>(std::variant_size_v<decltype(Shape::form)> - 1));
-    auto shape = std::make_shared<Shape>();
-    Become(shape->form, place);
-    std::visit(
-        [&](auto& form) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(form)>, CompoundShape>) {
-            io.List("children", form.children, 1, kMaxCompoundChildren, 57, [&](CompoundChild& child) {
-              PoseOf(io, "pose", child.pose, kMaxExtent_m);
-              Reference(io, "shape", child.shape);
-              if (io.ok() && !IsConvex(*child.shape)) io.Fail("shape", "is no part of a compound");
-            });
-          } else {
-            WriteOrRead(io, form);
-          }
-        },
-        shape->form);
-    shapes_.push_back(std::move(shape));  // so that later ones may refer to it
-    made = shapes_.back();
-  });
+// A body, a player and members of prefabs have one each, and a compound's parts are shapes of their own.
+bool ShapeTable::ReadOn(PackReader& io, std::size_t bytes) {
+  if (!progress_.shapes) progress_.shapes = io.BeginList("shapes", 0, kMaxShapes, 2);
+  const std::size_t begin = io.remaining();
+  const auto spent = [&] { return begin - io.remaining(); };
+  for (; *progress_.shapes > 0 && io.ok(); --*progress_.shapes) {
+    if (spent() >= bytes) return false;
+    if (progress_.shape == nullptr) BeginShape(io);
+    if (!LargeOn(io, bytes - std::min(bytes, spent()))) return false;
+    shapes_.push_back(std::exchange(progress_.shape, nullptr));  // so that later ones may refer to it
+    io.NextOfList();
+  }
+  io.EndList();
+  return true;
+}
+
+void ShapeTable::BeginShape(PackReader& io) {
+  std::uint8_t place = 0;
+  io.Choice("form", place, static_cast<std::uint8_t>(std::variant_size_v<decltype(Shape::form)> - 1));
+  progress_.shape = std::make_shared<Shape>();
+  progress_.stage = 0;
+  Become(progress_.shape->form, place);
+  std::visit(
+      [&](auto& form) {
+        using T = std::decay_t<decltype(form)>;
+        if constexpr (std::is_same_v<T, CompoundShape>) {
+          io.List("children", form.children, 1, kMaxCompoundChildren, 57, [&](CompoundChild& child) {
+            PoseOf(io, "pose", child.pose, kMaxExtent_m);
+            Reference(io, "shape", child.shape);
+            if (io.ok() && !IsConvex(*child.shape)) io.Fail("shape", "is no part of a compound");
+          });
+        } else if constexpr (!std::is_same_v<T, TriangleMeshShape> && !std::is_same_v<T, HeightFieldShape>) {
+          WriteOrRead(io, form);
+        }
+      },
+      progress_.shape->form);
+}
+
+// Whether the shape under way is whole.
+bool ShapeTable::LargeOn(PackReader& io, std::size_t bytes) {
+  if (auto* mesh = std::get_if<TriangleMeshShape>(&progress_.shape->form)) return MeshOn(io, *mesh, bytes);
+  if (auto* field = std::get_if<HeightFieldShape>(&progress_.shape->form)) return HeightsOn(io, *field, bytes);
+  return true;
+}
+
+bool ShapeTable::MeshOn(PackReader& io, TriangleMeshShape& mesh, std::size_t bytes) {
+  const std::size_t begin = io.remaining();
+  if (progress_.stage == 0) {
+    progress_.left = io.BeginList("vertices", 3, kMaxMeshVertices, 12);
+    mesh.vertices.reserve(progress_.left);
+    progress_.stage = 1;
+  }
+  if (progress_.stage == 1) {
+    if (!io.ListOn(mesh.vertices, progress_.left, bytes, [&](Vec3f& v) { FormVisitor::Vertex(io, v); })) return false;
+    progress_.left = io.BeginList("triangles", 1, kMaxMeshTriangles, 3);
+    mesh.triangles.reserve(progress_.left);
+    progress_.stage = 2;
+  }
+  return io.ListOn(mesh.triangles, progress_.left, bytes - std::min(bytes, begin - io.remaining()),
+                   [&](auto& triangle) { FormVisitor::Triangle(io, triangle, mesh); });
+}
+
+bool ShapeTable::HeightsOn(PackReader& io, HeightFieldShape& field, std::size_t bytes) {
+  if (progress_.stage == 0) {
+    FormVisitor::Grid(io, field);
+    progress_.left = io.BeginList("heights_m", 4, kMaxHeightSamples, 4);
+    field.heights_m.reserve(progress_.left);
+    progress_.stage = 1;
+  }
+  if (!io.ListOn(field.heights_m, progress_.left, bytes, [&](float& h) { FormVisitor::Height(io, h); })) return false;
+  FormVisitor::CheckHeights(io, field);
+  return true;
 }
 
 void ShapeTable::Reference(PackWriter& io, const char* field, const ShapePtr& shape) const {

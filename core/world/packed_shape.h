@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -47,29 +48,43 @@ struct FormVisitor {
   }
   template <class Io, class S>
   static void Mesh(Io& io, S& s) {
-    io.List("vertices", s.vertices, 3, kMaxMeshVertices, 12, [&](auto& v) { io.Vector("vertex", v, kMaxExtent_m); });
+    io.List("vertices", s.vertices, 3, kMaxMeshVertices, 12, [&](auto& v) { Vertex(io, v); });
+    io.List("triangles", s.triangles, 1, kMaxMeshTriangles, 3, [&](auto& triangle) { Triangle(io, triangle, s); });
+  }
+  template <class Io, class V>
+  static void Vertex(Io& io, V& v) {
+    io.Vector("vertex", v, kMaxExtent_m);
+  }
+  template <class Io, class T, class S>
+  static void Triangle(Io& io, T& triangle, const S& s) {
     const std::uint64_t last = s.vertices.empty() ? 0 : s.vertices.size() - 1;
-    io.List("triangles", s.triangles, 1, kMaxMeshTriangles, 3, [&](auto& triangle) {
-      for (auto& corner : triangle) io.Number("corner", corner, 0, last);
-      if constexpr (Io::kReads) {
-        const auto& v = s.vertices;
-        if (io.ok() && !HasArea(v[triangle[0]], v[triangle[1]], v[triangle[2]])) io.Fail("area", "there is none");
-      }
-    });
+    for (auto& corner : triangle) io.Number("corner", corner, 0, last);
+    if constexpr (Io::kReads) {
+      const auto& v = s.vertices;
+      if (io.ok() && !HasArea(v[triangle[0]], v[triangle[1]], v[triangle[2]])) io.Fail("area", "there is none");
+    }
   }
   template <class Io, class S>
   static void Heights(Io& io, S& s) {
+    Grid(io, s);
+    io.List("heights_m", s.heights_m, 4, kMaxHeightSamples, 4, [&](auto& h) { Height(io, h); });
+    if constexpr (Io::kReads) CheckHeights(io, s);
+  }
+  template <class Io, class S>
+  static void Grid(Io& io, S& s) {
     io.Number("columns", s.columns, 2, kMaxHeightSamples);
     io.Number("rows", s.rows, 2, kMaxHeightSamples);
     Extent(io, "spacing_m", s.spacing_m);
     if constexpr (Io::kReads) {
       if (io.ok() && s.spacing_m * std::max(s.columns, s.rows) > kMaxExtent_m) io.Fail("spacing_m", "is too wide");
     }
-    io.List("heights_m", s.heights_m, 4, kMaxHeightSamples, 4,
-            [&](auto& h) { io.Real("height", h, -kMaxExtent_m, kMaxExtent_m); });
-    if constexpr (Io::kReads) {
-      if (io.ok() && std::uint64_t{s.columns} * s.rows != s.heights_m.size()) io.Fail("heights_m", "are not all");
-    }
+  }
+  template <class Io, class H>
+  static void Height(Io& io, H& h) {
+    io.Real("height", h, -kMaxExtent_m, kMaxExtent_m);
+  }
+  static void CheckHeights(PackReader& io, const HeightFieldShape& s) {
+    if (io.ok() && std::uint64_t{s.columns} * s.rows != s.heights_m.size()) io.Fail("heights_m", "are not all");
   }
   template <class Io, class S>
   static void Plane(Io& io, S& s) {
@@ -96,18 +111,32 @@ class ShapeTable {
   std::size_t size() const { return shapes_.size(); }
 
   void Write(PackWriter& io) const;
-  void Read(PackReader& io);
+  // Reads about `bytes`; true once it has come to the end, or failed.
+  bool ReadOn(PackReader& io, std::size_t bytes);
 
   void Reference(PackWriter& io, const char* field, const ShapePtr& shape) const;
   void Reference(PackReader& io, const char* field, ShapePtr& shape) const;
 
  private:
   std::vector<std::uint8_t> BytesOf(const Shape& shape) const;
+  void BeginShape(PackReader& io);
+  bool LargeOn(PackReader& io, std::size_t bytes);
+  bool MeshOn(PackReader& io, TriangleMeshShape& mesh, std::size_t bytes);
+  bool HeightsOn(PackReader& io, HeightFieldShape& field, std::size_t bytes);
+
+  // Of a reader: how far it is. `stage` and `left` belong to a large shape under way.
+  struct Progress {
+    std::optional<std::size_t> shapes{};
+    std::shared_ptr<Shape> shape{};
+    int stage = 0;
+    std::size_t left = 0;
+  };
 
   std::vector<ShapePtr> shapes_;
-  std::vector<std::vector<std::uint8_t>> bytes_;             // for a writer
-  std::unordered_map<const Shape*, std::size_t> by_place_;   // for a writer
-  std::unordered_map<std::string, std::size_t> by_content_;  // for a writer
+  Progress progress_;
+  std::vector<std::vector<std::uint8_t>> bytes_;             // of a writer
+  std::unordered_map<const Shape*, std::size_t> by_place_;   // of a writer
+  std::unordered_map<std::string, std::size_t> by_content_;  // of a writer
 };
 
 }  // namespace tessera::packed

@@ -15,4 +15,23 @@ std::string Sha256Hex(std::string_view bytes) {
   return hex;
 }
 
+struct Sha256::State {
+  crypto_hash_sha256_state state;
+};
+
+Sha256::Sha256() : state_(std::make_unique<State>()) { crypto_hash_sha256_init(&state_->state); }
+Sha256::~Sha256() = default;
+
+void Sha256::Add(std::span<const std::uint8_t> bytes) {
+  crypto_hash_sha256_update(&state_->state, bytes.data(), bytes.size());
+}
+
+Sha256::Digest Sha256::Finish() {
+  Digest digest{};
+  static_assert(digest.size() == crypto_hash_sha256_BYTES);
+  crypto_hash_sha256_final(&state_->state, digest.data());
+  crypto_hash_sha256_init(&state_->state);
+  return digest;
+}
+
 }  // namespace tessera

@@ -68,7 +68,8 @@ typedef struct tessera_join_options {
 #define TESSERA_JOIN_OPTIONS \
   { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT, 0, NULL }
 
-/* Waits for the control plane, then gives a client that is TESSERA_JOINING. Every client wants tessera_close. */
+/* Waits for the control plane, then gives a client that is TESSERA_JOINING. A large scene is not there yet: it is read
+ * with the first polls. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
 /* The grant alone, as a game's backend passes it on: the player has joined then, and whoever has the grant plays it.
  * Writes it only if it fits into `capacity` bytes (TESSERA_MAX_GRANT always do), and gives in `size` how many it has.

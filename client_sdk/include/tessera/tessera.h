@@ -98,7 +98,8 @@ typedef struct tessera_grant_options {
   /* A folder that keeps scenes, so that the next join needs not fetch them; NULL: none. It is made where there is none.
    */
   const char* scene_cache_dir;
-  /* The packed scene (docs/protocol.md), if the caller has it: it is not fetched then. NULL, 0: the regions send it. */
+  /* The packed scene (docs/protocol.md), if the caller has it: it is copied and not fetched, and a large one is read
+   * with the first polls, as one from the folder is. NULL, 0: the regions send it. */
   const void* scene;
   size_t scene_size;
   /* Called by tessera_leave, so that whoever gave the grant lets the player go: with the return token. NULL:
@@ -472,13 +473,15 @@ typedef struct tessera_stats {
   double last_correction_m;
   tessera_duration frame_time, network_time,
       update_time; /* between polls, within tessera_poll, within tessera_bodies */
+  /* Came while newer ones were here already, after the program stood, and were not read: nothing is lost by it. */
+  uint64_t datagrams_passed_over;
+  int32_t predicting; /* 1: the own body is shown ahead, by the inputs already made */
+  uint32_t reserved2;
 } tessera_stats;
 #define TESSERA_STATS                                                                                         \
   {                                                                                                           \
     sizeof(tessera_stats), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}, \
-        {0, 0, 0, 0, 0}, {                                                                                    \
-      0, 0, 0, 0, 0                                                                                           \
-    }                                                                                                         \
+        {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, 0, 0, 0                                                             \
   }
 
 TESSERA_API tessera_code tessera_get_stats(const tessera_client* client, tessera_stats* stats);

@@ -1,0 +1,90 @@
+// Ground: the static bodies near the own body, as bodies of the prediction's world: a few of all that a scene has.
+//
+// A scene may have a million of them, and one mesh a million triangles; building all of it takes seconds. Here all is
+// looked at once, in goes, and what is near is built: small bodies whole, of large meshes and height fields a piece
+// (surface_piece.h). When the own body has come half-way to the rim of what is there, the next area is searched and
+// built, in goes again, while the old one still serves.
+//
+//   Ground ground(scene);
+//   ground.Begin();                                            // the world is a new, empty one
+//   ground.Work(world, own.position, reach_m, budget);         // once a poll
+//   if (ground.Covers(own.position, reach_m)) ...              // all within `reach_m` is in the world
+//
+// Static bodies with a path are not its business. Work is counted (work_budget.h), never measured.
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "client_sdk/surface_piece.h"
+#include "client_sdk/work_budget.h"
+#include "core/physics/world.h"
+#include "core/world/scene.h"
+
+namespace tessera::client {
+
+class Ground {
+ public:
+  explicit Ground(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {}
+
+  // Nothing of the ground is in the world that the next Work gets.
+  void Begin();
+  // Requires 0 < reach_m.
+  void Work(physics::World& world, Vec3d at, double reach_m, WorkBudget& budget);
+  bool Covers(Vec3d at, double reach_m) const;
+  // Static bodies in the world, and triangles of the pieces among them.
+  std::size_t bodies() const { return here_.size(); }
+  std::size_t piece_triangles() const;
+
+ private:
+  struct Area {
+    Vec3d centre;
+    double radius_m = 0;
+    bool Covers(Vec3d at, double reach_m) const { return Length(at - centre) + reach_m <= radius_m; }
+  };
+  // A body that is to be in the world: whole, or a piece of it.
+  struct Part {
+    const BodyDef* def = nullptr;
+    ShapePtr piece{};  // null: whole
+    Vec3d offset{};    // of the piece, in the body's frame
+  };
+  // The next area on its way.
+  struct Search {
+    Area area;
+    double least_m = 0;
+    std::vector<const BodyDef*> surfaces{};  // still to be cut
+    std::optional<MeshPiece> piece{};        // of the last of them
+    std::vector<Part> parts{};
+    bool found = false;             // all parts are known
+    std::vector<BodyId> leaving{};  // after all parts are in the world
+  };
+
+  bool Survey(WorkBudget& budget);
+  bool File(std::uint32_t index, WorkBudget& budget);
+  double BallOf(const ShapePtr& shape, WorkBudget& budget);
+  void Gather(WorkBudget& budget);
+  void Take(const BodyDef& def, double ball_m);
+  bool Cut(WorkBudget& budget);
+  bool Build(physics::World& world, WorkBudget& budget);
+  void Put(physics::World& world, const Part& part, WorkBudget& budget);
+  static Reach ReachIn(const BodyDef& def, const Search& search);
+
+  std::shared_ptr<const Scene> scene_;
+  std::size_t surveyed_ = 0;                                             // bodies of the scene
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> small_;  // by cell on the ground
+  std::vector<std::uint32_t> wide_;                                      // and those larger than a cell
+  std::unordered_map<const Shape*, double> balls_;                       // of wide and small ones
+  std::map<const Shape*, MeshBlocks> meshes_;                            // of those that are cut
+
+  std::map<BodyId, ShapePtr> here_;  // in the world; null: whole
+  std::optional<Area> area_;         // that is in the world whole
+  std::optional<Search> search_;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,58 @@
+#include "client_sdk/scene_keeper.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::client {
+namespace {
+
+constexpr std::size_t kKeptAtOnce_bytes = std::size_t{64} * 1024;
+constexpr std::int64_t kKeptAUnit_bytes = 8;  // the kernel takes a gigabyte a second
+
+}  // namespace
+
+SceneKeeper::SceneKeeper(std::string file, const replication::Digest& sha256, std::vector<std::uint8_t> bytes)
+    : file_(std::move(file)),
+      part_(absl::StrCat(file_, ".", std::chrono::steady_clock::now().time_since_epoch().count(), ".part")),
+      bytes_(std::move(bytes)) {
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(file_).parent_path(), error);
+  out_.open(part_, std::ios::binary | std::ios::trunc);
+  out_.write(reinterpret_cast<const char*>(sha256.data()), static_cast<std::streamsize>(sha256.size()));
+}
+
+SceneKeeper::~SceneKeeper() {
+  if (!bytes_.empty()) GiveUp();
+}
+
+void SceneKeeper::GiveUp() {
+  out_.close();
+  std::error_code error;
+  std::filesystem::remove(part_, error);
+  bytes_.clear();
+}
+
+bool SceneKeeper::Go(WorkBudget& budget) {
+  while (out_ && written_ < bytes_.size()) {
+    if (!budget.left()) return false;
+    const std::size_t size = std::min(kKeptAtOnce_bytes, bytes_.size() - written_);
+    out_.write(reinterpret_cast<const char*>(bytes_.data() + written_), static_cast<std::streamsize>(size));
+    written_ += size;
+    budget.Spend(static_cast<std::int64_t>(size) / kKeptAUnit_bytes);
+  }
+  out_.close();
+  std::error_code error;
+  if (out_) std::filesystem::rename(part_, file_, error);
+  if (!out_ || error) {
+    GiveUp();
+  } else {
+    bytes_.clear();
+  }
+  return true;
+}
+
+}  // namespace tessera::client
