@@ -68,14 +68,16 @@ enum {
 };
 /* One line about the last call on this thread that did not give TESSERA_OK. Valid until the next call on it. */
 TESSERA_API const char* tessera_last_error(void);
-/* For libraries beside this one: makes `line` the last error of this thread, and gives `code` back. */
+/* For libraries beside this one: makes `line` the last error of this thread, and gives `code` back. Cannot fail; a NULL
+ * line is an empty one. */
 TESSERA_API tessera_code tessera_set_last_error(tessera_code code, const char* line);
 
 /* --- Joining ------------------------------------------------------------------------------------------------------ */
 
 typedef struct tessera_client tessera_client;
 
-/* Nanoseconds of a clock that never goes back. Calls take the time, so a host may use its own; it must not go back. */
+/* Nanoseconds of a clock that never goes back; from some moment before the program began. Calls take the time, so a
+ * host may use its own; it must not go back. */
 TESSERA_API int64_t tessera_now(void);
 
 enum { TESSERA_MAX_PLAYER_NAME = 32 };
@@ -117,12 +119,14 @@ enum { TESSERA_MAX_GRANT = 1048576 };
  * names the field. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join_grant(const void* grant, size_t grant_size, const tessera_grant_options* options,
                                             tessera_client** client);
+enum { TESSERA_MAX_TOKEN = 1024 };
 /* A token that makes its holder this player, until the player leaves: keep it where a later process of the game finds
  * it, and keep it secret. Writes it only if it fits into `capacity` bytes, and gives how many it has; at most
- * TESSERA_MAX_TOKEN. */
-enum { TESSERA_MAX_TOKEN = 1024 };
+ * TESSERA_MAX_TOKEN, 0 for a viewer and for a recording. */
 TESSERA_API size_t tessera_return_token(const tessera_client* client, uint8_t* token, size_t capacity);
-/* Has the player's body removed, and ends; by a grant, see on_leave. The handle stays until tessera_close. */
+/* Has the player's body removed, and ends; by a grant, see on_leave. Waits up to `deadline_ms` for whoever lets the
+ * player go: TESSERA_DEADLINE_EXCEEDED, TESSERA_UNAVAILABLE, or the code that on_leave gave, says that it was not heard
+ * of; the client has ended all the same. The handle stays until tessera_close. */
 TESSERA_API tessera_code tessera_leave(tessera_client* client, uint32_t deadline_ms);
 /* Without tessera_leave before it, the body stays in the world, and the player can come back. NULL is fine. */
 TESSERA_API void tessera_close(tessera_client* client);
@@ -138,8 +142,10 @@ enum {
 };
 
 /* Takes in what has come, sends what is due. At least 30 times a second. When the client has ended for a reason that is
- * an error, gives it. */
+ * an error, gives it: TESSERA_NEW_GRANT_NEEDED, TESSERA_ABORTED, TESSERA_ALREADY_EXISTS, or another of the codes above.
+ */
 TESSERA_API tessera_code tessera_poll(tessera_client* client, int64_t now_ns);
+/* One of TESSERA_JOINING to TESSERA_ENDED, as of the last tessera_poll; TESSERA_ENDED for a NULL client. */
 TESSERA_API tessera_state tessera_get_state(const tessera_client* client);
 
 typedef int32_t tessera_event_kind; /* one of: */
@@ -188,7 +194,7 @@ enum {
 #define TESSERA_EVENT \
   { sizeof(tessera_event), 0, 0, 0, 0, NULL, 0, NULL, {0}, {0}, 0, 0, 0 }
 
-/* 1 and the next event since the last tessera_poll, 0 when there is none. */
+/* 1 and the next event since the last tessera_poll, 0 when there is none, or event.size is too small for one. */
 TESSERA_API int32_t tessera_next_event(tessera_client* client, tessera_event* event);
 
 /* Why the client has ended: the game's own words where the game refused or kicked the player (TESSERA_ABORTED), else
@@ -198,11 +204,11 @@ TESSERA_API size_t tessera_disconnect_reason(const tessera_client* client, char*
 
 /* --- Talk with the game ------------------------------------------------------------------------------------------- */
 
+enum { TESSERA_MAX_COMMAND = 1024 };
 /* Asks something of the game, as bytes of whatever form the game reads (its on_command). It is repeated until a region
  * has taken it for good, so the game gets it exactly once, after all that was sent before it. TESSERA_INVALID_ARGUMENT:
  * more than TESSERA_MAX_COMMAND bytes; TESSERA_RESOURCE_EXHAUSTED: 64 wait already. Regions take 20 a second and 4 KiB
  * a second, after a burst of twice that; what is beyond waits, and TESSERA_EVENT_COMMAND_REFUSED says so. */
-enum { TESSERA_MAX_COMMAND = 1024 };
 TESSERA_API tessera_code tessera_send(tessera_client* client, const void* bytes, size_t size);
 
 /* An event that the game sent this player: each comes once, in order, through handovers and deaths of regions. */
@@ -242,6 +248,7 @@ typedef struct tessera_game_event_field {
  * by name. TESSERA_NOT_FOUND if it has no such value. */
 TESSERA_API tessera_code tessera_game_event_field_at(const tessera_client* client, size_t index,
                                                      tessera_game_event_field* field);
+/* The same by its name. TESSERA_NOT_FOUND if the event has no such value. */
 TESSERA_API tessera_code tessera_find_game_event_field(const tessera_client* client, const char* name,
                                                        tessera_game_event_field* field);
 
@@ -331,15 +338,18 @@ typedef struct tessera_property {
 TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint64_t body, const char* name,
                                               tessera_property* property);
 
+/* Number of the player, from 1; 0 for a viewer and for a recording of one. */
 TESSERA_API uint32_t tessera_player(const tessera_client* client);
 /* The body that the player's inputs move: tessera_player_body of the player, or another one that the game gave, such as
  * a vehicle. 0 for a viewer. */
 TESSERA_API uint64_t tessera_own_body(const tessera_client* client);
-/* Id of the body that a player has, whether it is in the world or not, and back; 0 for player 0, and for a body that is
- * no player's. */
+/* Id of the body that a player has, whether it is in the world or not; 0 for player 0. */
 TESSERA_API uint64_t tessera_player_body(uint32_t player);
+/* Number of the player whose body it is; 0 for a body that is no player's. */
 TESSERA_API uint32_t tessera_player_of_body(uint64_t body);
-TESSERA_API uint64_t tessera_tick(const tessera_client* client); /* the newest of any region */
+/* The newest tick of any region that has come; 0 before the first. */
+TESSERA_API uint64_t tessera_tick(const tessera_client* client);
+/* Version of the map that says which region has what, from 1; it grows with each TESSERA_EVENT_MAP_CHANGED. */
 TESSERA_API uint64_t tessera_map_version(const tessera_client* client);
 
 /* How the world's time goes. A tick is as long in the world's own time at each pace. */
@@ -350,6 +360,7 @@ typedef struct tessera_clock {
 } tessera_clock;
 #define TESSERA_CLOCK \
   { sizeof(tessera_clock), 0, 0 }
+/* How the world's time goes, as of the last tessera_poll. TESSERA_INVALID_ARGUMENT: a NULL, or clock.size. */
 TESSERA_API tessera_code tessera_get_clock(const tessera_client* client, tessera_clock* clock);
 
 /* --- Moving ------------------------------------------------------------------------------------------------------- */
@@ -374,7 +385,7 @@ typedef struct tessera_steering {
 /* From now until the next call of this or of tessera_move, which replaces force and torque alone. Gives the number of
  * the next input; 0: an argument is wrong. */
 TESSERA_API uint32_t tessera_steer(tessera_client* client, const tessera_steering* steering);
-/* Number of the last input that moved the own body. */
+/* Number of the last input that moved the own body, as its region says; 0 before the first. */
 TESSERA_API uint32_t tessera_last_applied_input(const tessera_client* client);
 
 /* --- The scene: what does not change, as the instance was made from it
@@ -440,14 +451,19 @@ typedef struct tessera_scene_info {
 #define TESSERA_SCENE_INFO \
   { sizeof(tessera_scene_info), 0, NULL, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0 }
 
-/* These pointers are valid as long as the client. */
+/* The scene as a whole; an empty one until it is here. Its pointers are valid as long as the client.
+ * TESSERA_INVALID_ARGUMENT: a NULL, or scene.size. */
 TESSERA_API tessera_code tessera_get_scene(const tessera_client* client, tessera_scene_info* scene);
-/* A body of the scene by its place in the list, 0 to body_count - 1, ascending by id. */
+/* A body of the scene by its place in the list, 0 to body_count - 1, ascending by id. TESSERA_INVALID_ARGUMENT: beyond
+ * that. */
 TESSERA_API tessera_code tessera_scene_body(const tessera_client* client, size_t index, tessera_body_info* info);
-/* A body by its id, players' bodies too. */
+/* A body by its id, players' bodies too. TESSERA_NOT_FOUND if the scene has none of that id. */
 TESSERA_API tessera_code tessera_body_of(const tessera_client* client, uint64_t id, tessera_body_info* info);
+/* What a shape is: lengths in metres, in the body's own frame; vertices and indices are valid as long as the client.
+ * TESSERA_INVALID_ARGUMENT: a NULL, or info.size. */
 TESSERA_API tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* info);
-/* Child of a compound, with its pose in the compound: three doubles, four doubles. */
+/* Child of a compound by its place, 0 to child_count - 1, with its pose in the compound: three doubles (m), four
+ * doubles (x, y, z, w); each may be NULL. TESSERA_INVALID_ARGUMENT: no compound, or beyond that. */
 TESSERA_API tessera_code tessera_shape_child(const tessera_shape* shape, size_t index, const tessera_shape** child,
                                              double position[3], double orientation[4]);
 
@@ -484,6 +500,8 @@ typedef struct tessera_stats {
         {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, 0, 0, 0                                                             \
   }
 
+/* Measurements since the join, and of the last second where a field says so. TESSERA_INVALID_ARGUMENT: a NULL, or
+ * stats.size. */
 TESSERA_API tessera_code tessera_get_stats(const tessera_client* client, tessera_stats* stats);
 
 /* How often a region has done something since its process began, and for how long together; and the mean of the last
@@ -527,7 +545,8 @@ typedef struct tessera_network {
 } tessera_network;
 #define TESSERA_NETWORK \
   { sizeof(tessera_network), 0, 0, 0, 0, 1 }
-/* From now on the network is so; the default is a perfect one. */
+/* From now on the network is so; the default is a perfect one. TESSERA_INVALID_ARGUMENT: a share that is not 0 to 1, or
+ * more than a minute late; tessera_last_error names the field. */
 TESSERA_API tessera_code tessera_simulate_network(tessera_client* client, const tessera_network* network);
 
 #ifdef __cplusplus
