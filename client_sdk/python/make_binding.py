@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Writes a ctypes module from the client library's C headers, so that Python knows what C knows.
+
+    make_binding.py tessera.h connect.h > tessera.py
+
+The module has every constant, struct and function of the headers by its own name. A struct made in Python is as the
+TESSERA_... initialiser of the header makes it, size included. `load(path)` gives the library with its functions typed.
+A handle is a void pointer. What the parser does not understand it refuses, with the line.
+"""
+
+import re
+import sys
+
+SCALARS = {
+    "int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64",
+    "uint8_t": "c_uint8", "size_t": "c_size_t", "double": "c_double", "float": "c_float", "char": "c_char",
+}
+
+
+class Headers:
+    """All that the headers declare, in their order."""
+
+    def __init__(self):
+        self.constants = {}  # name: value
+        self.scalars = dict(SCALARS)
+        self.structs = {}  # name: [(field, ctype)]
+        self.handles = set()
+        self.functions = {}  # name: (result, [argument])
+        self.initialisers = {}  # of structs, by the macro's name
+
+    def read(self, text):
+        text = re.sub(r"/\*.*?\*/", " ", text, flags=re.S).replace("\\\n", " ")
+        for name, body in re.findall(r"^#define (TESSERA_[A-Z_]+)[ \t]+(\{.*\})[ \t]*$", text, flags=re.M):
+            self.initialisers[name] = body
+        for name, value in re.findall(r"^#define (TESSERA_VERSION_[A-Z]+) (\d+)$", text, flags=re.M):
+            self.constants[name] = int(value)
+        text = re.sub(r"^#.*$", "", text, flags=re.M)
+        text = text.replace('extern "C" {', "")
+        for statement in self.statements(text):
+            self.take(" ".join(statement.split()))
+
+    @staticmethod
+    def statements(text):
+        """Splits at semicolons outside braces."""
+        depth, begin = 0, 0
+        for at, sign in enumerate(text):
+            depth += {"{": 1, "}": -1}.get(sign, 0)
+            if sign == ";" and depth == 0:
+                yield text[begin:at]
+                begin = at + 1
+        rest = text[begin:].replace("}", "").strip()
+        if rest:
+            raise SystemExit(f"make_binding: not understood: {rest}")
+
+    def take(self, statement):
+        if match := re.fullmatch(r"enum \{(.*)\}", statement):
+            self.take_constants(match[1])
+        elif match := re.fullmatch(r"typedef struct (\w+) \{(.*)\} \1", statement):
+            self.structs[match[1]] = [field for part in self.statements_in(match[2]) for field in self.fields(part)]
+        elif match := re.fullmatch(r"typedef struct (\w+) \1", statement):
+            self.handles.add(match[1])
+        elif match := re.fullmatch(r"typedef (\w+) (\w+)", statement):
+            self.scalars[match[2]] = self.scalars[match[1]]
+        elif match := re.fullmatch(r"TESSERA_API (.*?)(\w+)\((.*)\)", statement):
+            arguments = [] if match[3] == "void" else [self.argument(part) for part in match[3].split(",")]
+            self.functions[match[2]] = (self.ctype(match[1].strip()), arguments)
+        else:
+            raise SystemExit(f"make_binding: not understood: {statement}")
+
+    @staticmethod
+    def statements_in(body):
+        return [part.strip() for part in body.split(";") if part.strip()]
+
+    def take_constants(self, body):
+        for part in body.split(","):
+            name, _, value = part.partition("=")
+            if name.strip():
+                self.constants[name.strip()] = int(value)
+
+    def fields(self, declaration):
+        if match := re.fullmatch(r"(.+?)\(\*(\w+)\)\((.*)\)", declaration):
+            types = [self.argument(part) for part in match[3].split(",")]
+            return [(match[2], f"CFUNCTYPE({', '.join([self.ctype(match[1].strip())] + types)})")]
+        match = re.fullmatch(r"((?:const )?\w+ ?\**) ?(.+)", declaration)
+        ctype, named = self.ctype(match[1].strip()), []
+        for name in match[2].split(","):
+            whole = ctype
+            for extent in reversed(re.findall(r"\[([^\]]+)\]", name)):
+                whole = f"({whole}) * ({extent})"
+            named.append((name.split("[")[0].strip(), whole))
+        return named
+
+    def argument(self, declaration):
+        declaration = declaration.strip()
+        if match := re.fullmatch(r"(.+?) ?\w+\[\d+\]", declaration):
+            return f"POINTER({self.ctype(match[1])})"
+        match = re.fullmatch(r"(.+?[ *])(\w+)", declaration)
+        return self.ctype(match[1].strip())
+
+    def ctype(self, text):
+        base = text.replace("const", "").replace("*", "").strip()
+        stars = text.count("*")
+        if base == "void":
+            return "c_void_p" if stars else "None"
+        if base == "char" and stars == 1:
+            return "c_char_p" if "const" in text else "c_void_p"
+        if base in self.handles:
+            stars, name = stars - 1, "c_void_p"
+        elif base in self.structs or base in self.scalars:
+            name = self.scalars.get(base, base)
+        else:
+            raise SystemExit(f"make_binding: no such type: {text}")
+        return "POINTER(" * stars + name + ")" * stars
+
+    def initialiser_of(self, struct):
+        """The macro is named as the struct is, but for the library's own name."""
+        return self.initialisers.get(struct.upper())
+
+
+def values_of(initialiser):
+    """The braces of C as a list of Python."""
+    return " ".join(initialiser.split()).replace("NULL", "None").replace("{", "[").replace("}", "]")
+
+
+def write(headers, out):
+    out.write('"""The C interface of libtessera-client for Python. Written by make_binding.py from its headers."""\n\n')
+    out.write("from ctypes import *  # noqa: F403\n\n")
+    for name, value in headers.constants.items():
+        out.write(f"{name} = {value}\n")
+    out.write('''
+
+def _fill_array(array, values):
+    for at, each in enumerate(values):
+        if isinstance(each, list):
+            _fill_array(array[at], each)
+        else:
+            array[at] = each
+
+
+def _fill(struct, values):
+    """As the header's initialiser does; what it leaves out is 0."""
+    for (name, ctype), value in zip(struct._fields_, values):
+        if isinstance(value, list):
+            target = getattr(struct, name)
+            if isinstance(target, Structure):
+                _fill(target, value)
+            elif isinstance(target, bytes):  # of characters
+                setattr(struct, name, bytes(value).rstrip(b"\\0"))
+            else:
+                _fill_array(target, value)
+        elif value is not None:
+            setattr(struct, name, value)
+
+
+class _Initialised(Structure):
+    def __init__(self, **fields):
+        super().__init__()
+        _fill(self, self._initial_())
+        for name, value in fields.items():
+            if name not in dict(self._fields_):
+                raise AttributeError(f"{type(self).__name__} has no {name}")
+            setattr(self, name, value)
+
+    @staticmethod
+    def _initial_():
+        return []
+''')
+    for struct, fields in headers.structs.items():
+        out.write(f"\n\nclass {struct}(_Initialised):\n    _fields_ = [\n")
+        for name, ctype in fields:
+            out.write(f'        ("{name}", {ctype}),\n')
+        out.write("    ]\n")
+        if initialiser := headers.initialiser_of(struct):
+            out.write(f"\n    @staticmethod\n    def _initial_():\n        return {values_of(initialiser)}\n")
+    out.write("\n\n_FUNCTIONS = {\n")
+    for name, (result, arguments) in headers.functions.items():
+        out.write(f'    "{name}": ({result}, [{", ".join(arguments)}]),\n')
+    out.write('''}
+
+
+class Error(Exception):
+    """A call that did not give TESSERA_OK: `code`, and the line of tessera_last_error."""
+
+    def __init__(self, code, line):
+        super().__init__(f"{line} ({code})")
+        self.code, self.line = code, line
+
+
+def load(path):
+    """The library with its functions typed; functions that it has not are left out."""
+    library = CDLL(path)
+    for name, (result, arguments) in _FUNCTIONS.items():
+        if hasattr(library, name):
+            function = getattr(library, name)
+            function.restype, function.argtypes = result, arguments
+    return library
+
+
+def check(library, code):
+    """Raises Error unless the code is TESSERA_OK."""
+    if code != TESSERA_OK:
+        raise Error(code, library.tessera_last_error().decode())
+''')
+
+
+def main():
+    headers = Headers()
+    for path in sys.argv[1:]:
+        with open(path, encoding="utf-8") as file:
+            headers.read(file.read())
+    write(headers, sys.stdout)
+
+
+if __name__ == "__main__":
+    main()
