@@ -102,6 +102,10 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
         return ClockText(client.clock());
       case Kind::kCommandRefused:
         return fmt::format("command {} refused: {}", event.input_number, event.detail);
+      case Kind::kGrantNeeded:
+        return "no known address answers: a newer grant is needed";
+      case Kind::kRestored:
+        return "the world goes on from an earlier moment";
     }
     return "?";
   };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
 #include "core/world/prefab.h"
 #include "net/join_grant.h"
@@ -87,6 +88,25 @@ absl::StatusOr<std::unique_ptr<Client>> Client::JoinByGrant(std::span<const std:
   Session session = SessionFrom(*std::move(read));
   session.scene = options.scene;
   return Begin(std::move(settings), std::move(session));
+}
+
+absl::Status Client::Renew(std::span<const std::uint8_t> grant) {
+  if (impl_->replay) return absl::FailedPreconditionError("a recording needs no grant");
+  if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  absl::StatusOr<net::JoinGrant> read = net::DecodeJoinGrant(grant);
+  if (!read.ok()) return read.status();
+  const std::string& instance = read->credentials.instance_id;
+  if (instance != impl_->settings.instance_id) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("grant: is for instance ", instance, ", not for ", impl_->settings.instance_id));
+  }
+  if (read->player != impl_->session.player && !(IsViewer(read->player) && impl_->Watches())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("grant: is for player ", read->player.value(), ", not for ", impl_->session.player.value()));
+  }
+  if (impl_->Watches()) impl_->session.player = read->player;
+  impl_->Renew(SessionFrom(*std::move(read)));
+  return absl::OkStatus();
 }
 
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -119,8 +119,10 @@ struct ClientEvent {
     kPropertyChanged,  // body, region, property: of one that has appeared before; PropertyOf gives the new value
     kClockChanged,     // the world pauses, goes on, or goes at another pace: see Client::clock
     kCommandRefused,   // region, input_number: of the command, detail. It is sent again unless it can never be taken
+    kGrantNeeded,      // no known address has answered for 3 s: Client::Renew with another grant may lead back
+    kRestored,         // the world goes on from an earlier moment: all bodies vanish, and appear as they were then
   };
-  static constexpr Kind kLastKind = Kind::kCommandRefused;
+  static constexpr Kind kLastKind = Kind::kRestored;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`
@@ -206,6 +208,11 @@ class Client {
   std::optional<std::chrono::microseconds> length() const;
   // Notes that stand beside the world (Note), since the last call; the newest 256 of those that nobody takes.
   std::vector<std::string> TakeNotes();
+
+  // Goes on by another grant for the same player and instance: its addresses count beside those that are known, and are
+  // dialled at once. For a client that says kGrantNeeded, or at any time before. Errors: INVALID_ARGUMENT naming the
+  // field (damaged, another instance or player), FAILED_PRECONDITION (it has ended, or is a recording).
+  absl::Status Renew(std::span<const std::uint8_t> grant);
 
   // Takes in what has come, sends what is due. Call at least 30 times a second.
   std::vector<ClientEvent> Poll(TimePoint now);

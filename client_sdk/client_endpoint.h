@@ -28,6 +28,7 @@ class ClientEndpoint {
   absl::StatusOr<net::PeerHandle> Connect(const std::string& host, std::uint16_t port, RegionId region,
                                           Incarnation least, const net::Credentials& credentials);
   void Disconnect(net::PeerHandle peer);
+  // With the round trip as the simulated network makes it.
   net::PeerStats StatsOf(net::PeerHandle peer) const;
   void Flush();
 

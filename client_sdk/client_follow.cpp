@@ -12,6 +12,9 @@ constexpr std::chrono::seconds kMaxSilence{30};
 // After so long without an answer all regions of the map are dialled: the regions that replace those that were near may
 // lie elsewhere.
 constexpr std::chrono::seconds kSearchAfter{1};
+// After so long none of the addresses that the client knows leads anywhere, as far as it can tell: longer than a
+// failover takes.
+constexpr std::chrono::seconds kAskForGrantAfter{3};
 // Margins beyond the radius of interest, as shares of it: a region is connected to before any of its bodies can come
 // into sight, and dropped when none can have been in sight for a while. The server's own hysteresis lies between.
 constexpr double kConnectBeyond = 0.25, kDropBeyond = 0.5;
@@ -140,16 +143,65 @@ void Client::Impl::CheckProgress(TimePoint now) {
   if (state == ClientState::kJoining && now >= *joined_by) return EndJoining();
   if (std::any_of(connections.begin(), connections.end(), [](const RegionConnection& l) { return l.welcomed(); })) {
     silent_since.reset();
+    asked_for_grant = false;
     const auto found = [this](const RegionConnection& l) { return l.welcomed() && Touches(l.region(), 0); };
     searching = searching && std::none_of(connections.begin(), connections.end(), found);
     return;
   }
   if (!silent_since.has_value()) silent_since = now;
   if (now - *silent_since >= kSearchAfter && !searching) searching = follow_due = true;
+  if (now - *silent_since >= kAskForGrantAfter && state != ClientState::kJoining && !asked_for_grant) {
+    asked_for_grant = true;
+    events.push_back({.kind = ClientEvent::Kind::kGrantNeeded});
+  }
   if (now - *silent_since >= kMaxSilence && state != ClientState::kJoining) {
     needs_new_grant = settings.by_grant;
     End(absl::UnavailableError(absl::StrCat("instance ", settings.instance_id, ": no region answers any more")), "");
   }
+}
+
+// Another grant for the same player: it knows where the regions are now.
+void Client::Impl::Renew(Session fresh) {
+  session.credentials = std::move(fresh.credentials);
+  for (RegionEndpoint& endpoint : fresh.regions) {
+    const auto known = endpoints.find(endpoint.region);
+    const bool older = known != endpoints.end() && endpoint.incarnation < known->second.incarnation;
+    if (older && endpoint.incarnation != Incarnation()) continue;
+    endpoints.insert_or_assign(endpoint.region, std::move(endpoint));
+  }
+  if (fresh.map.version() > session.map.version()) {
+    session.map = std::move(fresh.map);
+    events.push_back({.kind = ClientEvent::Kind::kMapChanged});
+  }
+  for (RegionConnection& connection : connections) {
+    const auto endpoint = endpoints.find(connection.region());
+    if (!connection.welcomed() && endpoint != endpoints.end()) connection.Move(endpoint->second, network);
+  }
+  silent_since.reset();
+  asked_for_grant = false;
+  follow_due = true;
+}
+
+// The world goes on from a moment that was seen before: nothing that is known of it holds.
+void Client::Impl::StartOver(TimePoint now) {
+  events.push_back({.kind = ClientEvent::Kind::kRestored});
+  world.Clear(events);
+  for (const RegionConnection& connection : connections) {
+    if (connection.welcomed()) world.RegionBegins(now, connection.region());
+  }
+  pairs = PairBook();
+  playout = PlayoutClock(session.tick_rate_hz, session.snapshot_rate_hz);
+  if (clock.paused || clock.ticks_per_second != session.tick_rate_hz) {
+    playout.SetPace(now, clock.ticks_per_second, clock.paused);
+  }
+  newest_tick = Tick();
+  shown_tick = 0;
+  last_applied_input = 0;
+  applied.reset();
+  correct_to.reset();
+  inputs.Clear();
+  input_clock.Stop();
+  if (predictor) predictor->Forget();
 }
 
 // The time to join is over.

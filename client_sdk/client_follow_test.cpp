@@ -190,5 +190,101 @@ TEST_F(ClientFollowTest, ComesBackAsTheSamePlayerAfterTheLossOfAllLinks) {
   EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 0);
 }
 
+// What a restore looks like to a client: all workers end, others go on from a checkpoint at other addresses.
+struct ClientRestoreTest : ClientFixture {
+  void PlayByGrant() {
+    Make(1);
+    GrantOptions options;
+    options.bind_address = "127.0.0.1";
+    auto joined = Client::JoinByGrant(instance->Grant(), options);
+    ASSERT_TRUE(joined.ok()) << joined.status();
+    client = *std::move(joined);
+    ASSERT_NO_FATAL_FAILURE(Play());
+    for (int i = 0; i < 60; ++i) {
+      Advance([&](Tick t) { instance->regions[0]->Snapshot(t, At(40)); });
+    }
+    ASSERT_TRUE(client->World().contains(kBall));
+  }
+  // All workers end, and say that the world goes on.
+  void EndTheProcesses() {
+    instance->regions[0]->Stop("the region goes on elsewhere", true);
+    ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 1; }));
+    instance->regions.clear();
+  }
+  static std::vector<BodyRecord> At(double x) { return {{kBall, Epoch(1), Moving(x, 0)}}; }
+  void Wait(std::chrono::milliseconds time) {
+    for (const TimePoint until = now + time; now < until; now += std::chrono::milliseconds(50)) PollOnce();
+  }
+};
+
+TEST_F(ClientRestoreTest, AWorldThatGoesOnElsewhereHasNotEnded) {
+  ASSERT_NO_FATAL_FAILURE(PlayByGrant());
+  instance->regions[0]->Stop("the region goes on elsewhere", true);
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 1; }));
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+  EXPECT_EQ(Count(ClientEvent::Kind::kEnded), 0);
+}
+
+TEST_F(ClientRestoreTest, OneThatEndsHasEnded) {
+  ASSERT_NO_FATAL_FAILURE(PlayByGrant());
+  instance->regions[0]->Stop("the instance ends");
+  ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }));
+  EXPECT_TRUE(client->reason().ok()) << client->reason();
+  EXPECT_FALSE(client->needs_new_grant());
+}
+
+TEST_F(ClientRestoreTest, ANewGrantLeadsBackIntoARestoredWorldAsTheSamePlayer) {
+  ASSERT_NO_FATAL_FAILURE(PlayByGrant());
+  const PlayerNumber player = client->player();
+  ASSERT_NO_FATAL_FAILURE(EndTheProcesses());
+  Wait(std::chrono::milliseconds(3500));
+  ASSERT_EQ(Count(ClientEvent::Kind::kGrantNeeded), 1) << "once a silence";
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+
+  FakeRegion& restored = instance->Add(RegionId(1), Incarnation(7));
+  restored.started = true;
+  events.clear();
+  ASSERT_TRUE(client->Renew(instance->Grant(false, player)).ok());
+  ASSERT_TRUE(Until([&] { return restored.clients() == 1; }, true));
+  const Tick earlier(10);
+  now += 2 * kTick;
+  restored.Snapshot(earlier, At(-20));
+  ASSERT_TRUE(Until([&] { return client->tick() == earlier; })) << client->tick().value();
+  EXPECT_EQ(Count(ClientEvent::Kind::kRestored), 1);
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
+  EXPECT_EQ(Count(ClientEvent::Kind::kAppeared), 1);
+  EXPECT_EQ(Count(ClientEvent::Kind::kRegionBack), 1);
+  EXPECT_NEAR(client->World().at(kBall).state.position.x, -20, 0.01);
+  tick = earlier;
+  for (int i = 0; i < 30; ++i) {
+    Advance([&](Tick t) { restored.Snapshot(t, At(-20 + 0.1 * i)); });
+  }
+  const std::vector<ShownBody> shown = client->Interpolated(now);
+  ASSERT_EQ(shown.size(), 1u);
+  EXPECT_NEAR(shown[0].pose.position.x, -17.5, 0.6) << "the shown moment is the restored world's";
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+}
+
+TEST_F(ClientRestoreTest, WithoutANewGrantItEndsAndSaysSo) {
+  ASSERT_NO_FATAL_FAILURE(PlayByGrant());
+  ASSERT_NO_FATAL_FAILURE(EndTheProcesses());
+  Wait(std::chrono::seconds(60));
+  EXPECT_EQ(client->state(), ClientState::kEnded);
+  EXPECT_TRUE(client->needs_new_grant());
+  EXPECT_EQ(Count(ClientEvent::Kind::kGrantNeeded), 1);
+  const std::vector<std::uint8_t> any(10);
+  EXPECT_EQ(client->Renew(any).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(ClientRestoreTest, AGrantOfSomebodyElseIsRefused) {
+  ASSERT_NO_FATAL_FAILURE(PlayByGrant());
+  EXPECT_EQ(client->Renew({}).code(), absl::StatusCode::kInvalidArgument);
+  const absl::Status other = client->Renew(instance->Grant(false, PlayerNumber(9)));
+  EXPECT_EQ(other.message(), "grant: is for player 9, not for 1");
+  EXPECT_TRUE(client->Renew(instance->Grant(false, client->player())).ok());
+  for (int i = 0; i < 20; ++i) PollOnce();
+  EXPECT_EQ(Count(ClientEvent::Kind::kRegionLost), 0) << "what is connected stays so";
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -84,6 +84,7 @@ struct Client::Impl {
   void OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
   void OnSessionEnded(const std::string& why);
+  void LookAgain(TimePoint now, const std::string& why);
   bool IsStatic(BodyId body) const;
   void SettlePairs(TimePoint now);
   void Start();
@@ -115,6 +116,8 @@ struct Client::Impl {
   std::vector<RegionConnection>::iterator Drop(std::vector<RegionConnection>::iterator connection);
   void CheckProgress(TimePoint now);
   void EndJoining();
+  void Renew(Session fresh);
+  void StartOver(TimePoint now);
   void End(absl::Status why, std::string detail);
 
   // Records, and plays back (client_recording.cpp).
@@ -172,6 +175,8 @@ struct Client::Impl {
   WorldClock clock;
   std::uint64_t clock_tick = 0;  // tick of the message that set it
   Tick newest_tick;
+  bool back_from_silence = false;  // no region was connected before the one that is; it may have another past
+  bool asked_for_grant = false;    // in the present silence
   std::uint32_t last_applied_input = 0;
 
   PlayerInput steering;                   // steering of the next inputs
@@ -187,6 +192,7 @@ struct Client::Impl {
     std::uint32_t input = 0;
   };
   std::optional<Applied> applied, correct_to;
+  TimePoint own_heard_at{};  // when the newest report came
   std::optional<Predictor> predictor;
   std::vector<const BodyDef*> on_paths;  // of the scene, ascending by id
   WorkCount work;

@@ -11,6 +11,9 @@ namespace {
 
 // A region lets a character go on by its last input when it has none, so the end of steering is sent this often.
 constexpr std::uint32_t kEndingInputs = 30;
+// What is predicted counts as such for so many ticks after the last word of the own body's region; a failover takes
+// less, and a world in which nothing moves is heard of twice as often.
+constexpr double kStaleAfter_ticks = 60;
 
 }  // namespace
 
@@ -58,6 +61,7 @@ void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection
   const auto own = world.bodies().find(body);
   if (own == world.bodies().end() || own->second.region != connection.region()) return;
   if (applied && snapshot.tick <= applied->tick) return;
+  own_heard_at = now;
   applied = {snapshot.tick, std::max(snapshot.last_input, applied ? applied->input : 0)};
   input_clock.Applied(now, applied->input, snapshot.input_margin_ticks);
   const bool sent = std::any_of(snapshot.bodies.begin(), snapshot.bodies.end(),
@@ -87,13 +91,17 @@ void Client::Impl::ShowOnPaths(double tick, std::vector<ShownBody>& shown) const
 
 void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
   if (!predictor) return;
+  // Whoever has heard nothing of the own body for long shows where it was to be, and knows no more than of others.
+  const double silent_s = std::chrono::duration<double>(now - own_heard_at).count();
+  const bool stale = !clock.paused && silent_s * clock.ticks_per_second > kStaleAfter_ticks;
   auto at = shown.begin();
   for (const PredictedBody& body : predictor->At(now, input_clock.Phase(now))) {
     while (at != shown.end() && at->id < body.id) ++at;
     if (at == shown.end()) return;
     if (at->id != body.id) continue;
     at->pose = Between(at->pose, body.pose, body.weight);
-    at->predicted = body.weight > 0.5;
+    at->predicted = body.weight > 0.5 && !stale;
+    at->extrapolated = at->extrapolated || stale;
   }
 }
 

@@ -161,6 +161,7 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
 }
 
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::Stopping& stopping) {
+  if (stopping.goes_on) connection.NoteGoesOn();
   OnStopping(now, connection, stopping.reason);
 }
 
@@ -175,6 +176,8 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
                                                 " to player ", welcome.player)),
                "");
   }
+  back_from_silence = std::ranges::none_of(connections, &RegionConnection::welcomed);
+  if (back_from_silence) clock_tick = 0;
   connection.Welcomed();
   RegionChanged(now, connection.region(), RegionEntry::Change::kBegins);
   // One that is dialled for the first time, or at another address, was never lost.
@@ -223,7 +226,8 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
 // Once in the world, a client dials again when another region answers at an address, or the region is full: it may be
 // moving to another address, which the map will give.
 void Client::Impl::OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal) {
-  const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kStopping;
+  const bool ends = refusal.reason == net::Refused::kStopping && !connection.goes_on();
+  const bool for_good = refusal.reason == net::Refused::kProtocol || ends;
   if (state == ClientState::kJoining || for_good) {
     return On(now, connection, replication::RegionRefusal{static_cast<RefusalReason>(refusal.reason), refusal.detail});
   }
@@ -276,9 +280,20 @@ void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const
     any_new = true;
     any_near = any_near || Near(region.id, 0);
   }
+  if (!any_new && std::ranges::any_of(connections, &RegionConnection::goes_on)) return LookAgain(now, why);
   if (!any_new) return End(absl::OkStatus(), absl::StrCat("the instance ends: ", why));
   searching = searching || !any_near;
   follow_due = true;
+}
+
+// All processes have ended, and the world has not: they are dialled where they were, and wherever a grant says.
+void Client::Impl::LookAgain(TimePoint now, const std::string& why) {
+  for (RegionConnection& connection : connections) {
+    connection.Failed(why);
+    connection.Disconnected(now);
+    lost_regions.insert(connection.region());
+    events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = connection.region(), .detail = why});
+  }
 }
 
 void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
@@ -287,6 +302,8 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
   work.Add(kUnitsToRead + kUnitsToTakeABody * std::ssize(snapshot->bodies));
+  if (back_from_silence && snapshot->tick + session.tick_rate_hz < newest_tick) StartOver(now);
+  back_from_silence = false;
   full_records += snapshot->full_records;
   delta_records += snapshot->bodies.size() - snapshot->full_records;
   newest_tick = std::max(newest_tick, snapshot->tick);

@@ -442,5 +442,31 @@ TEST_F(ClientTest, AClientThatStoodForASecondIsAtTheNewestStateAtOnce) {
   EXPECT_NEAR(client->World().at(BodyId(7)).state.position.x, bodies[6].state.position.x, 0.01);
 }
 
+// Its region is dead and nobody takes its place: what is shown of the own body is a guess, and says so.
+TEST_F(ClientTest, AnOwnBodyThatNobodyHasSpokenOfForASecondIsNotCalledPredicted) {
+  Make(1);
+  JoinOptions options = Options();
+  options.predict = true;
+  auto joined = Client::Join(options);
+  ASSERT_TRUE(joined.ok()) << joined.status();
+  client = *std::move(joined);
+  Play();
+  const std::vector<BodyRecord> own = {{client->own_body(), Epoch(1), Moving(3, 1)}};
+  for (int i = 0; i < 20; ++i) {
+    client->Move({1, 0, 0}, {});
+    Advance([&](Tick at) { instance->regions[0]->Snapshot(at, own); });
+    (void)client->Interpolated(now);
+  }
+  ASSERT_EQ(client->Interpolated(now).size(), 1u);
+  EXPECT_TRUE(client->Interpolated(now)[0].predicted);
+  for (int i = 0; i < 80; ++i) {
+    now += kTick;
+    PollOnce();
+    (void)client->Interpolated(now);
+  }
+  EXPECT_FALSE(client->Interpolated(now)[0].predicted);
+  EXPECT_TRUE(client->Interpolated(now)[0].extrapolated);
+}
+
 }  // namespace
 }  // namespace tessera::client

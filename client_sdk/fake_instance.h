@@ -98,9 +98,10 @@ class FakeRegion {
     message.mutable_started()->set_tick(tick.value());
     TellAll(message);
   }
-  void Stop(const std::string& why) {
+  void Stop(const std::string& why, bool goes_on = false) {
     v1::RegionControl message;
     message.mutable_stopping()->set_reason(why);
+    message.mutable_stopping()->set_goes_on(goes_on);
     TellAll(message);
     for (const auto& [peer, sender] : senders_) endpoint_->Disconnect(peer);
     senders_.clear();
@@ -378,9 +379,12 @@ class FakeInstance : public v1::SessionService::Service {
     return *regions.back();
   }
   std::string packed_scene() const { return std::string(AsText(PackScene(*scene))); }
-  // The grant that the control plane would give a new player, or a viewer.
-  std::vector<std::uint8_t> Grant(bool viewer = false) {
-    const PlayerNumber player = viewer ? PlayerNumber(kFirstViewer + 5) : PlayerNumber(++players_);
+  // What the control plane would give a new player, or a viewer.
+  // `again`: for a player who is in already.
+  std::vector<std::uint8_t> Grant(bool viewer = false, PlayerNumber again = PlayerNumber()) {
+    const PlayerNumber player = viewer                    ? PlayerNumber(kFirstViewer + 5)
+                                : again != PlayerNumber() ? again
+                                                          : PlayerNumber(++players_);
     net::JoinGrant grant{.player = player,
                          .credentials = net::IssuePlayer(kId, player, net::Generation(1), key_),
                          .map = map,
@@ -390,7 +394,7 @@ class FakeInstance : public v1::SessionService::Service {
                          .snapshot_rate_hz = kSnapshotRate,
                          .expected_players = 0};
     for (std::size_t i = 0; i < regions.size(); ++i) {
-      grant.regions.push_back({map.regions()[i].id, "127.0.0.1", regions[i]->port()});
+      grant.regions.push_back({map.regions()[i].id, "127.0.0.1", regions[i]->port(), regions[i]->incarnation()});
     }
     return net::EncodeJoinGrant(grant);
   }

@@ -50,7 +50,7 @@ class PlayoutClock {
   double AtLeastIntervals(double time_s, double intervals) const;
 
   double nominal_rate_hz_;
-  const double interval_ticks_;
+  double interval_ticks_;
   bool paused_ = false;
   double rate_hz_;
   std::deque<Arrival> arrivals_;  // those with a tick newer than all before, over the last second

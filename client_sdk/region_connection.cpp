@@ -54,6 +54,7 @@ std::size_t RegionConnection::AskForScene(TimePoint now, ClientEndpoint& endpoin
 
 void RegionConnection::Welcomed() {
   state_ = State::kWelcomed;
+  goes_on_ = false;
   asked_.reset();
   receiver_ = replication::SnapshotReceiver(world_bounds_, settings_);  // the region begins from nothing, too
   unacknowledged_ = 0;

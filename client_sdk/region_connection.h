@@ -45,6 +45,10 @@ class RegionConnection {
   void Welcomed();
   void Disconnected(TimePoint now);
   void Stop(ClientEndpoint& endpoint);
+  // The region says that its process ends and the world need not.
+  void NoteGoesOn() { goes_on_ = true; }
+  // Since it said so, until it welcomes again: refusals because its process ends mean nothing new.
+  bool goes_on() const { return goes_on_; }
   // The region is to be found there from now on.
   void Move(RegionEndpoint where, ClientEndpoint& endpoint);
   void Failed(std::string why) { last_error_ = std::move(why); }
@@ -89,7 +93,7 @@ class RegionConnection {
   TimePoint asked_at_{};
   std::size_t unacknowledged_ = 0;
   std::uint64_t read_here_ = 0;  // datagrams of this connection
-  bool was_welcomed_ = false;
+  bool was_welcomed_ = false, goes_on_ = false;
   RegionStats stats_;
   std::string last_error_;
 };

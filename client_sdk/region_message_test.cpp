@@ -143,6 +143,9 @@ TEST(RegionMessageTest, TheSmallOnesAreReadAsTheyWereWritten) {
   EXPECT_EQ(Read<replication::Started>(message).tick, 8u);
   message.mutable_stopping()->set_reason("maintenance");
   EXPECT_EQ(Read<replication::Stopping>(message).reason, "maintenance");
+  EXPECT_FALSE(Read<replication::Stopping>(message).goes_on);
+  message.mutable_stopping()->set_goes_on(true);
+  EXPECT_TRUE(Read<replication::Stopping>(message).goes_on);
   message.mutable_session_ended()->set_reason("cheating");
   EXPECT_EQ(Read<replication::EndOfSession>(message).reason, "cheating");
   message.mutable_input_refused()->set_body(3);

@@ -131,6 +131,12 @@ void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord&
   }
 }
 
+void WorldView::Clear(std::vector<ClientEvent>& events) {
+  while (!seen_.empty()) Vanish(seen_.begin()->first, events);
+  removed_.clear();
+  connected_.clear();
+}
+
 void WorldView::RegionBegins(TimePoint now, RegionId region) {
   connected_[region] = true;
   for (auto& [id, track] : tracks_) {

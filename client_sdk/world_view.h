@@ -29,6 +29,8 @@ class WorldView {
   void Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
             std::vector<ClientEvent>& events);
   // `region` begins to send all that it owns: a body that it does not send within kGrace is not there any more.
+  // All bodies vanish, and nothing is remembered of those that had left.
+  void Clear(std::vector<ClientEvent>& events);
   void RegionBegins(TimePoint now, RegionId region);
   void RegionLost(RegionId region);
   // The map has no such region any more: its bodies stay as they were until another owner sends them, or for

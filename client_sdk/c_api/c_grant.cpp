@@ -34,6 +34,12 @@ client::LeaveCall LeaveOf(const tessera_grant_options& options, std::shared_ptr<
 
 }  // namespace
 
+tessera_code tessera_renew(tessera_client* handle, const void* grant, size_t grant_size) {
+  if (handle == nullptr || grant == nullptr) return Refuse("client or grant: is NULL");
+  if (grant_size > TESSERA_MAX_GRANT) return Refuse("grant_size: more than a grant has");
+  return Guarded([&] { return Report(handle->client->Renew({static_cast<const std::uint8_t*>(grant), grant_size})); });
+}
+
 tessera_code tessera_join_grant(const void* grant, size_t grant_size, const tessera_grant_options* given,
                                 tessera_client** out) {
   if (out == nullptr) return Refuse("client: is NULL");

@@ -142,6 +142,15 @@ std::string ReasonFrom(WireReader& in) {
   return reason;
 }
 
+Stopping StoppingFrom(WireReader& in) {
+  Stopping stopping;
+  in.Message([&](WireReader& part) {
+    if (part.field() == 1) stopping.reason = part.Text();
+    if (part.field() == 2) stopping.goes_on = part.Flag();
+  });
+  return stopping;
+}
+
 PairMeeting MeetingFrom(WireReader& in) {
   PairMeeting meeting;
   in.Message([&](WireReader& part) {
@@ -246,7 +255,7 @@ std::optional<RegionMessage> MessageFrom(WireReader& in) {
     case 5:
       return InputRefusalFrom(in);
     case 6:
-      return Stopping{ReasonFrom(in)};
+      return StoppingFrom(in);
     case 8:
       return PairsFrom(in);
     case 65:

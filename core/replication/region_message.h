@@ -82,6 +82,7 @@ struct InputRefusal {
 };
 struct Stopping {
   std::string reason{};
+  bool goes_on = false;  // the world, without this process
 };
 struct PairMeeting {
   Vec3d point, normal;

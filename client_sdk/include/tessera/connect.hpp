@@ -28,6 +28,23 @@ inline Error ListInstances(const std::string& control_address, std::vector<Insta
   return Error::Of(code);
 }
 
+// The grant alone, for Client::JoinByGrant or Client::Renew. Waits for the control plane; any thread may call it.
+inline Error GetGrant(const Options& options, std::vector<std::uint8_t>& grant) {
+  tessera_join_options given = TESSERA_JOIN_OPTIONS;
+  given.deadline_ms = static_cast<std::uint32_t>(options.deadline.count());
+  given.control_address = options.control_address.c_str();
+  given.instance_id = options.instance_id.c_str();
+  given.player_name = options.player_name.c_str();
+  given.flags = options.watch ? std::uint32_t{TESSERA_JOIN_WATCH} : 0;
+  given.returning = options.returning.data();
+  given.returning_size = static_cast<std::uint32_t>(options.returning.size());
+  grant.resize(TESSERA_MAX_GRANT);
+  std::size_t size = 0;
+  const tessera_code code = tessera_get_grant(&given, grant.data(), grant.size(), &size);
+  grant.resize(code == TESSERA_OK ? size : 0);
+  return Error::Of(code);
+}
+
 inline Error Client::Join(const Options& options) {
   tessera_join_options given = TESSERA_JOIN_OPTIONS;
   given.deadline_ms = static_cast<std::uint32_t>(options.deadline.count());

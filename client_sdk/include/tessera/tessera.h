@@ -119,6 +119,11 @@ enum { TESSERA_MAX_GRANT = 1048576 };
  * names the field. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join_grant(const void* grant, size_t grant_size, const tessera_grant_options* options,
                                             tessera_client** client);
+/* Goes on by another grant for the same player (a viewer: another viewer's): its addresses count beside those that are
+ * known, and are dialled at once. For TESSERA_EVENT_GRANT_NEEDED, or at any time before; does not wait.
+ * TESSERA_INVALID_ARGUMENT: damaged, or for another instance or player; tessera_last_error names the field.
+ * TESSERA_FAILED_PRECONDITION: the client has ended, or plays a recording. */
+TESSERA_API tessera_code tessera_renew(tessera_client* client, const void* grant, size_t grant_size);
 enum { TESSERA_MAX_TOKEN = 1024 };
 /* A token that makes its holder this player, until the player leaves: keep it where a later process of the game finds
  * it, and keep it secret. Writes it only if it fits into `capacity` bytes, and gives how many it has; at most
@@ -166,7 +171,12 @@ enum {
   TESSERA_EVENT_PROPERTY_CHANGED = 13, /* body, region, property: of one that has appeared; see tessera_get_property */
   TESSERA_EVENT_CLOCK_CHANGED = 14,    /* the world pauses, goes on, or goes at another pace; see tessera_get_clock */
   /* input: number of the command, detail. It is sent again, unless it can never be taken. */
-  TESSERA_EVENT_COMMAND_REFUSED = 15
+  TESSERA_EVENT_COMMAND_REFUSED = 15,
+  /* No address that the client knows has answered for 3 s: the world has moved, or is being restored, or is gone. A
+   * newer grant (tessera_renew) may lead back; without one the client ends after 30 s with TESSERA_NEW_GRANT_NEEDED. */
+  TESSERA_EVENT_GRANT_NEEDED = 16,
+  /* The world goes on from an earlier moment, by a checkpoint: all bodies vanish, and appear as they were then. */
+  TESSERA_EVENT_RESTORED = 17
 };
 
 typedef struct tessera_event {

@@ -149,6 +149,9 @@ class Client {
   Error JoinByGrant(const std::vector<std::uint8_t>& grant, const GrantOptions& options = {}) {
     return JoinByGrant(grant.data(), grant.size(), options);
   }
+  // Goes on by a newer grant for the same player: after TESSERA_EVENT_GRANT_NEEDED, or before.
+  Error Renew(const void* grant, std::size_t size) { return Error::Of(tessera_renew(get(), grant, size)); }
+  Error Renew(const std::vector<std::uint8_t>& grant) { return Renew(grant.data(), grant.size()); }
   // Through a control plane: in <tessera/connect.hpp>, and libtessera-connect.
   Error Join(const Options& options);
   Error Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000)) {
