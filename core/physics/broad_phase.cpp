@@ -2,12 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
-#include "core/physics/bullet_math.h"
 #include "core/physics/query/tuning.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
+namespace {
+
+// Bounds that overlap none.
+constexpr float kFarthest = std::numeric_limits<float>::infinity();
+constexpr Bounds kNowhere{{kFarthest, kFarthest, kFarthest}, {-kFarthest, -kFarthest, -kFarthest}};
+
+// Number of noted bodies that a thread takes at a time.
+constexpr std::size_t kChunkNoted = 16;
+
+}  // namespace
+
 PredictedMotion PredictMotion(const RigidBody& body, double dt_s) {
   const Vec3d a = body.Acceleration();
   const Vec3d v(body.state().linear_velocity);
@@ -16,57 +28,55 @@ PredictedMotion PredictMotion(const RigidBody& body, double dt_s) {
           std::min(2.0f, Length(spin) * static_cast<float>(dt_s)) * body.geometry().outer_radius_m};
 }
 
-btBroadphasePair* BroadPhase::Sink::addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) {
-  const auto fixed = [](const btBroadphaseProxy& proxy) {
-    return proxy.m_collisionFilterGroup == btBroadphaseProxy::StaticFilter;
-  };
-  if (fixed(*a) && fixed(*b)) return nullptr;
-  const auto first = static_cast<std::uint32_t>(a->m_uniqueId), second = static_cast<std::uint32_t>(b->m_uniqueId);
-  met.push_back({PairTable::KeyOf(first, second), a, b});
-  return nullptr;
+BroadPhase::BroadPhase(Vec3d origin, ThreadTeam& team) : origin_(origin), team_(team) {}
+
+BroadPhase::Note& BroadPhase::NoteOf(const RigidBody& body) {
+  std::vector<Note>& notes = notes_[TreeOf(body)];
+  if (body.leaf >= notes.size()) notes.resize(body.leaf + 1);
+  return notes[body.leaf];
 }
 
-RigidBody& BroadPhase::BodyOf(const btBroadphaseProxy& proxy) { return *static_cast<RigidBody*>(proxy.m_clientObject); }
-
-BroadPhase::BroadPhase(Vec3d origin, ThreadTeam& team) : origin_(origin), team_(team), trees_(&sink_) {
-  // Bullet would rebuild a share of the fixed bodies' tree in every step.
-  trees_.m_fupdates = 0;
+void BroadPhase::NoteChange(RigidBody& body, const Bounds& before) {
+  Note& note = NoteOf(body);
+  if (note.round == round_) {
+    noted_[note.index].before = kNowhere;
+    return;
+  }
+  note = {round_, static_cast<std::uint32_t>(noted_.size())};
+  noted_.push_back({&body, before});
 }
 
 void BroadPhase::Add(RigidBody& body) {
   body.reach = body.fat = TightBounds(body);
-  const int group = body.dynamic() ? btBroadphaseProxy::DefaultFilter : btBroadphaseProxy::StaticFilter;
-  const std::size_t met = sink_.met.size();
-  btBroadphaseProxy* proxy = trees_.createProxy(ToBullet(body.fat.min), ToBullet(body.fat.max), INVALID_SHAPE_PROXYTYPE,
-                                                &body, group, btBroadphaseProxy::AllFilter, nullptr);
-  sink_.met.resize(met);  // `UpdateTrees` reports all of them again.
-  // Serials name pairs, so that a known pair is recognised by its proxies alone.
-  proxy->m_uniqueId = static_cast<int>(body.serial);
-  body.proxy = proxy;
-  UpdateTrees(body);
+  body.leaf = trees_[TreeOf(body)].Insert(body.fat, body);
+  NoteChange(body, kNowhere);
 }
 
 void BroadPhase::Remove(RigidBody& body) {
-  trees_.destroyProxy(body.proxy, nullptr);
-  body.proxy = nullptr;
+  Note& note = NoteOf(body);
+  if (note.round == round_) noted_[note.index].body = nullptr;
+  note = {};
+  trees_[TreeOf(body)].Remove(body.leaf);
 }
 
 void BroadPhase::Move(RigidBody& body) {
   body.reach = TightBounds(body);
-  if (!body.fat.Contains(body.reach)) Refit(body);
+  if (body.fat.Contains(body.reach)) return;
+  const Bounds before = std::exchange(body.fat, Widened(body));
+  Refit(body, before);
 }
 
-void BroadPhase::UpdateTrees(RigidBody& body) {
-  trees_.setAabbForceUpdate(body.proxy, ToBullet(body.fat.min), ToBullet(body.fat.max), nullptr);
-}
-
-// Gives a body whose reach has left the bounds that the trees hold wider ones.
-void BroadPhase::Refit(RigidBody& body) {
+Bounds BroadPhase::Widened(const RigidBody& body) {
   const auto ahead = [](float move_m) { return std::clamp(kBoundsAhead * move_m, -kMostAhead_m, kMostAhead_m); };
   const Vec3f move = body.predicted.move_m;
-  body.fat = body.reach.Grown(body.dynamic() || body.kinematic() ? kBoundsMargin_m : 0)
-                 .Swept({ahead(move.x), ahead(move.y), ahead(move.z)});
-  UpdateTrees(body);
+  return body.reach.Grown(body.dynamic() || body.kinematic() ? kBoundsMargin_m : 0)
+      .Swept({ahead(move.x), ahead(move.y), ahead(move.z)});
+}
+
+// Takes note that the bounds of a body are no longer those before.
+void BroadPhase::Refit(RigidBody& body, const Bounds& before) {
+  trees_[TreeOf(body)].Update(body.leaf, body.fat);
+  NoteChange(body, before);
 }
 
 bool BroadPhase::Predict(RigidBody& body, double dt_s) const {
@@ -78,29 +88,55 @@ bool BroadPhase::Predict(RigidBody& body, double dt_s) const {
 
 void BroadPhase::Predict(std::span<RigidBody* const> awake, double dt_s, std::span<RigidBody* const> moving) {
   outgrown_.resize(awake.size());
+  before_.resize(awake.size());
   team_.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      awake[i]->PrepareDamping(dt_s);
-      outgrown_[i] = Predict(*awake[i], dt_s) ? 1 : 0;
+      RigidBody& body = *awake[i];
+      body.PrepareDamping(dt_s);
+      outgrown_[i] = Predict(body, dt_s) ? 1 : 0;
+      if (outgrown_[i] != 0) before_[i] = std::exchange(body.fat, Widened(body));
     }
   });
   for (std::size_t i = 0; i < awake.size(); ++i) {
-    if (outgrown_[i] != 0) Refit(*awake[i]);
+    if (outgrown_[i] != 0) Refit(*awake[i], before_[i]);
   }
   for (RigidBody* body : moving) {
     body->driven_s = dt_s;
-    if (Predict(*body, dt_s)) Refit(*body);
+    if (!Predict(*body, dt_s)) continue;
+    const Bounds before = std::exchange(body->fat, Widened(*body));
+    Refit(*body, before);
   }
-  if (++passes_ % kOptimiseSteps == 0) trees_.collide(nullptr);
 }
 
 void BroadPhase::BeginPairs(PairTable* pairs) {
-  for (const Meeting& meeting : sink_.met) {
-    if (pairs->Has(meeting.key)) continue;
-    RigidBody &a = BodyOf(*meeting.a), &b = BodyOf(*meeting.b);
-    if (!a.isolated && !b.isolated) pairs->Begin(a, b);
+  if (noted_.empty()) return;
+  for (std::vector<Meeting>& met : met_) met.clear();
+  met_.resize(std::max(met_.size(), (noted_.size() - 1) / kChunkNoted + 1));
+  team_.For(noted_.size(), kChunkNoted, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) FindMeetings(noted_[i], i, &met_[begin / kChunkNoted]);
+  });
+  for (const std::vector<Meeting>& met : met_) {
+    for (const Meeting& meeting : met) pairs->Begin(*meeting.a, *meeting.b);
   }
-  sink_.met.clear();
+  noted_.clear();
+  ++round_;
+}
+
+// Bodies whose bounds overlapped when pairs were begun last have a pair. Of two that have both changed, the first one
+// finds the other.
+void BroadPhase::FindMeetings(const Noted& noted, std::size_t index, std::vector<Meeting>* met) const {
+  if (noted.body == nullptr) return;
+  const bool dynamic = noted.body->dynamic();
+  for (const std::size_t tree : {std::size_t{0}, std::size_t{1}}) {
+    if (tree == 1 && !dynamic) continue;
+    trees_[tree].Overlapping(noted.body->fat, [&](BoundsTree::Leaf leaf, const Bounds& bounds) {
+      const Note& other = notes_[tree][leaf];
+      const bool changed = other.round == round_;
+      if (changed && other.index <= index) return;
+      if (noted.before.Overlaps(changed ? noted_[other.index].before : bounds)) return;
+      met->push_back({noted.body, &trees_[tree].BodyOf(leaf)});
+    });
+  }
 }
 
 Bounds BroadPhase::TightBounds(const RigidBody& body) const {
@@ -119,38 +155,19 @@ Bounds BroadPhase::SweptBounds(const SweptMotion& motion) const {
 }
 
 void BroadPhase::Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodies) {
-  struct Collect : btBroadphaseAabbCallback {
-    bool process(const btBroadphaseProxy* proxy) override {
-      bodies->push_back(&BodyOf(*proxy));
-      return true;
-    }
-    std::vector<RigidBody*>* bodies = nullptr;
-  } collect;
-  collect.bodies = bodies;
-  trees_.aabbTest(ToBullet(bounds.min), ToBullet(bounds.max), collect);
+  for (const BoundsTree& tree : trees_) {
+    tree.Overlapping(bounds, [&](BoundsTree::Leaf leaf, const Bounds&) { bodies->push_back(&tree.BodyOf(leaf)); });
+  }
 }
 
-// Bullet's own walk along a ray is in single precision, and cannot be ended.
 void BroadPhase::Along(const Way& way, Vec3d half_m, absl::FunctionRef<bool(RigidBody&)> visit) const {
-  const auto crosses = [&](const btDbvtVolume& volume) {
-    const Vec3d min(FromBullet(volume.Mins())), max(FromBullet(volume.Maxs()));
+  const auto crosses = [&](const Bounds& bounds) {
+    const Vec3d min(bounds.min), max(bounds.max);
     const double margin = kQueryMargin_m + kQueryMarginShare * std::max(Length(min), Length(max));
     return way.PartIn(Aabb{min - half_m, max + half_m}.Expanded(margin)).has_value();
   };
-  std::vector<const btDbvtNode*> open;
-  for (const btDbvt& tree : trees_.m_sets) {
-    if (tree.m_root != nullptr) open.push_back(tree.m_root);
-  }
-  while (!open.empty()) {
-    const btDbvtNode& node = *open.back();
-    open.pop_back();
-    if (!crosses(node.volume)) continue;
-    if (node.isinternal()) {
-      open.push_back(node.childs[0]);
-      open.push_back(node.childs[1]);
-    } else if (!visit(BodyOf(*static_cast<const btDbvtProxy*>(node.data)))) {
-      return;
-    }
+  for (const BoundsTree& tree : trees_) {
+    if (!tree.Walk(crosses, [&](BoundsTree::Leaf leaf) { return visit(tree.BodyOf(leaf)); })) return;
   }
 }
 

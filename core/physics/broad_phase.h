@@ -1,18 +1,18 @@
-// BroadPhase: which bodies' bounds overlap, by Bullet's pair of dynamic trees.
+// BroadPhase: which bodies' bounds overlap, by two trees of bounds: one of dynamic bodies, one of all others.
 //
 // Each step it predicts how every awake body moves, bounds that motion, and begins a pair in the pair table where two
-// bounds come to overlap. Bullet asks a cache to keep every pair and walks all of it in each step; here the trees
-// report a pair once, when it begins, and the pair table keeps it. So a body that sleeps costs nothing.
+// bounds come to overlap. The trees hold bounds with a margin, so that most bodies leave theirs in few steps. Those
+// that do are noted with the bounds they had, and the trees are asked about them alone: a pair is found once, when it
+// begins, and the pair table keeps it. So a body that sleeps costs nothing.
 //
-// Thread rule: one thread at a time, which leads the team; Bullet's trees are for that thread alone.
+// Thread rule: one thread at a time, which leads the team. It changes the trees; the team asks them.
 #pragma once
-
-#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 
 #include <span>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
+#include "core/physics/bounds_tree.h"
 #include "core/physics/motion/sweep.h"
 #include "core/physics/pair_table.h"
 #include "core/physics/query/way.h"
@@ -53,34 +53,44 @@ class BroadPhase {
   // visit returns false; in no order.
   void Along(const Way& way, Vec3d half_m, absl::FunctionRef<bool(RigidBody&)> visit) const;
 
-  // The body of a proxy in the trees.
-  static RigidBody& BodyOf(const btBroadphaseProxy& proxy);
-
   // The trees hold all that each awake body can touch. For assertions; linear in awake bodies.
   static bool Validate(std::span<RigidBody* const> awake);
+  // The trees are whole. For tests; linear in all bodies.
+  bool ValidateTrees() const { return trees_[0].Validate() && trees_[1].Validate(); }
 
  private:
-  // Two bodies whose bounds overlap, at least one of them dynamic.
+  // A body whose bounds in the trees have changed since pairs were begun last.
+  struct Noted {
+    RigidBody* body;  // null: it has been removed
+    Bounds before;    // bounds then; kNowhere if it was not there, or has changed again
+  };
+  // Where a leaf is in the list of noted ones, if it is there in this round.
+  struct Note {
+    std::uint64_t round = 0;
+    std::uint32_t index = 0;
+  };
   struct Meeting {
-    std::uint64_t key;  // as PairTable has it
-    const btBroadphaseProxy *a, *b;
+    RigidBody *a, *b;
   };
-  // Bullet's trees report overlaps to their pair cache, which is this.
-  struct Sink : btNullPairCache {
-    btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override;
-    std::vector<Meeting> met;
-  };
+  static std::size_t TreeOf(const RigidBody& body) { return body.dynamic() ? 0 : 1; }
+  Note& NoteOf(const RigidBody& body);
+  void NoteChange(RigidBody& body, const Bounds& before);
+  void FindMeetings(const Noted& noted, std::size_t index, std::vector<Meeting>* met) const;
   // Whether the trees hold too little of the body now.
   bool Predict(RigidBody& body, double dt_s) const;
-  void Refit(RigidBody& body);
-  void UpdateTrees(RigidBody& body);
+  // Bounds for the trees, around the reach of a body that has left those it had.
+  static Bounds Widened(const RigidBody& body);
+  void Refit(RigidBody& body, const Bounds& before);
 
   Vec3d origin_;
   ThreadTeam& team_;
   std::vector<std::uint8_t> outgrown_;  // by awake_index: the body's reach has left its fat bounds
-  Sink sink_;                           // Pairs that may have begun; a pair may be in there again. Order means nothing.
-  btDbvtBroadphase trees_;
-  std::uint64_t passes_ = 0;
+  std::vector<Bounds> before_;          // likewise, of those that have: the bounds that they left
+  BoundsTree trees_[2];
+  std::vector<Note> notes_[2];  // by leaf
+  std::vector<Noted> noted_;
+  std::vector<std::vector<Meeting>> met_;  // by chunk of noted bodies
+  std::uint64_t round_ = 1;                // grows whenever pairs are begun
 };
 
 }  // namespace tessera::physics

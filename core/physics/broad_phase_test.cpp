@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <random>
+
 #include "core/physics/testing/loose_bodies.h"
 
 namespace tessera::physics {
@@ -75,6 +78,74 @@ TEST_F(BroadPhaseTest, ABodyThatWasPutElsewhereMeetsWhatIsThere) {
   broad_phase_.Move(ball);
   broad_phase_.BeginPairs(&loose_.pairs);
   EXPECT_NE(loose_.pairs.Find(ball, other), nullptr);
+}
+
+TEST_F(BroadPhaseTest, ABodyThatWasPutElsewhereTwiceMeetsWhatIsThere) {
+  RigidBody& ball = Add(Dynamic(1, Ball(), {}));
+  RigidBody& other = Add(Dynamic(2, Ball(), {20, 0, 0}));
+  Run();
+  for (const double x : {-30.0, 19.5}) {
+    BodyState state = ball.state();
+    state.position = kOrigin + Vec3d{x, 0, 0};
+    ball.Set(state);
+    broad_phase_.Move(ball);
+  }
+  broad_phase_.BeginPairs(&loose_.pairs);
+  EXPECT_NE(loose_.pairs.Find(ball, other), nullptr);
+}
+
+TEST_F(BroadPhaseTest, ABodyThatLeavesBeforePairsBeginHasNone) {
+  RigidBody& stays = Add(Dynamic(1, Ball(), {}));
+  RigidBody& leaves = Add(Dynamic(2, Ball(), {0.5, 0, 0}));
+  broad_phase_.Remove(leaves);
+  broad_phase_.BeginPairs(&loose_.pairs);
+  EXPECT_TRUE(stays.pairs.empty());
+  broad_phase_.Add(leaves);
+  broad_phase_.BeginPairs(&loose_.pairs);
+  EXPECT_NE(loose_.pairs.Find(stays, leaves), nullptr);
+}
+
+// Bodies fly about and through each other; no two whose bounds in the trees overlap are without a pair.
+TEST(BroadPhaseTeamTest, AllThatOverlapHaveAPairWithAnyNumberOfThreads) {
+  for (const int threads : {1, 3}) {
+    ThreadTeam team(threads);
+    LooseBodies loose;
+    BroadPhase broad_phase(kOrigin, team);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> place(-8, 8);
+    std::uniform_real_distribution<float> speed(-40, 40);
+    for (std::uint64_t id = 1; id <= 200; ++id) {
+      const Vec3d at{place(random), place(random), place(random)};
+      BodyDef def = id % 10 == 0 ? Static(id, Box(1, 1, 1), at) : Dynamic(id, Ball(0.4), at);
+      def.initial.position += kOrigin;
+      if (id % 10 != 0) def.initial.linear_velocity = {speed(random), speed(random), speed(random)};
+      broad_phase.Add(loose.Add(def));
+    }
+    for (int step = 0; step < 30; ++step) {
+      broad_phase.Predict(loose.bodies.awake(), kDt);
+      broad_phase.BeginPairs(&loose.pairs);
+      ASSERT_TRUE(broad_phase.ValidateTrees());
+      int overlapping = 0;
+      for (const auto& [id, a] : loose.bodies.all()) {
+        for (const auto& [other_id, b] : loose.bodies.all()) {
+          if (!(id < other_id) || !(a->dynamic() || b->dynamic()) || !a->fat.Overlaps(b->fat)) continue;
+          ++overlapping;
+          ASSERT_NE(loose.pairs.Find(*a, *b), nullptr) << id << " and " << other_id << " in step " << step;
+        }
+      }
+      EXPECT_GT(overlapping, 20);
+      for (RigidBody* body : loose.bodies.awake()) {
+        BodyState state = body->state();
+        state.position += Vec3d(state.linear_velocity) * kDt;
+        for (const auto part : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+          const auto speed_of = part == &Vec3d::x ? &Vec3f::x : part == &Vec3d::y ? &Vec3f::y : &Vec3f::z;
+          if (std::abs(state.position.*part - kOrigin.*part) > 8) state.linear_velocity.*speed_of *= -1;
+        }
+        body->Set(state);
+      }
+    }
+    for (const auto& [id, body] : loose.bodies.all()) broad_phase.Remove(*body);
+  }
 }
 
 TEST_F(BroadPhaseTest, FindsWhatASweptMotionMayTouch) {

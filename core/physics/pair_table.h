@@ -64,7 +64,6 @@ class PairTable {
  public:
   // Names a pair by the serials of its bodies.
   static std::uint64_t KeyOf(std::uint64_t a, std::uint64_t b) { return a < b ? a << 32 | b : b << 32 | a; }
-  bool Has(std::uint64_t key) const { return pairs_.contains(key); }
   // Begins a pair unless it is there, or the layers of the two ignore each other.
   void Begin(RigidBody& a, RigidBody& b);
   // Ends a pair with all that it held. If it touched, that is reported as ended.

@@ -22,8 +22,6 @@
 #include "core/physics/tuning.h"
 #include "core/world/scene.h"
 
-struct btBroadphaseProxy;
-
 namespace tessera::physics {
 
 struct Joint;
@@ -148,8 +146,8 @@ class alignas(64) RigidBody {
 
  public:
   // --- The broad phase.
-  double driven_s = 0;                 // length of the last step of a kinematic body under way
-  btBroadphaseProxy* proxy = nullptr;  // the body's place in Bullet's trees; none while it is not in them
+  double driven_s = 0;     // length of the last step of a kinematic body under way
+  std::uint32_t leaf = 0;  // the body's name in its tree, while it is in there
 };
 
 }  // namespace tessera::physics

@@ -59,9 +59,6 @@ inline constexpr float kBoundsMargin_m = 0.05f;
 // flying body in every fourth step.
 inline constexpr float kBoundsAhead = 3;
 inline constexpr float kMostAhead_m = 0.5f;
-// Every so many steps the trees are optimised: bodies that they have not heard of for as many go from the tree for
-// moving bodies to the other one. Fewer, and a flying body, which is heard of in every fourth step, goes to and fro.
-inline constexpr std::uint64_t kOptimiseSteps = 8;
 inline constexpr float kEverywhere_m = 1e9f;  // half the width of a shape without bounds
 
 // An island that weighs less than this many times its lightest body carries no load worth computing: the fewest
