@@ -1,6 +1,7 @@
 #include "core/physics/integrate.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "core/physics/motion/free_flight.h"
 
@@ -10,6 +11,16 @@ namespace {
 bool IsFinite(const BodyMotion& motion) {
   return tessera::IsFinite(motion.position) && tessera::IsFinite(motion.orientation) &&
          tessera::IsFinite(motion.velocity) && tessera::IsFinite(motion.angular_momentum);
+}
+
+bool AreFinite(std::span<const BodyMotion> motions, ThreadTeam& team) {
+  std::atomic<bool> finite = true;
+  team.For(motions.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!IsFinite(motions[i])) finite.store(false, std::memory_order_relaxed);
+    }
+  });
+  return finite.load(std::memory_order_relaxed);
 }
 
 bool Faster(const RigidBody& a, const RigidBody& b) {
@@ -49,10 +60,11 @@ void FlyFree(std::span<RigidBody* const> awake, const Islands& islands, std::spa
 void Integrator::Run(std::span<RigidBody* const> awake, const Islands& islands, std::span<const BodyMotion> motions) {
   failed_.clear();
   failing_.clear();
-  for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    if (IsFinite(motions[i])) continue;
+  if (!AreFinite(motions, team_)) {
     failed_.resize(islands.count(), 0);
-    failed_[islands.IndexOf(i)] = 1;
+    for (std::uint32_t i = 0; i < awake.size(); ++i) {
+      if (!IsFinite(motions[i])) failed_[islands.IndexOf(i)] = 1;
+    }
   }
   team_.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

@@ -1,5 +1,6 @@
 // One step of a world.
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 
 #include "core/physics/world_impl.h"
@@ -9,7 +10,19 @@ namespace tessera::physics {
 namespace {
 
 bool IsSane(const RigidBody& body) {
-  return tessera::IsSane(body.state()) && CheckForce(body.id(), Vec3f(body.force_n), Vec3f(body.torque_nm)).ok();
+  if (!tessera::IsSane(body.state())) return false;
+  if (body.force_n == Vec3d() && body.torque_nm == Vec3d()) return true;
+  return CheckForce(body.id(), Vec3f(body.force_n), Vec3f(body.torque_nm)).ok();
+}
+
+bool AreSane(std::span<RigidBody* const> bodies, ThreadTeam& team) {
+  std::atomic<bool> sane = true;
+  team.For(bodies.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!IsSane(*bodies[i])) sane.store(false, std::memory_order_relaxed);
+    }
+  });
+  return sane.load(std::memory_order_relaxed);
 }
 
 }  // namespace
@@ -70,10 +83,7 @@ void World::Impl::AdvanceKinematic(double dt_s) {
 void World::Impl::PrimeContacts(double dt_s, int times) {
   // Insane bodies are left to the step, which reports them.
   const std::span<RigidBody* const> awake = bodies.awake();
-  if (times == 0 || awake.empty() ||
-      !std::all_of(awake.begin(), awake.end(), [](const RigidBody* body) { return IsSane(*body); })) {
-    return;
-  }
+  if (times == 0 || awake.empty() || !AreSane(awake, team)) return;
   FindIslands(dt_s);
   if (!anything_to_solve()) return;
   for (int i = 0; i < times; ++i) solve.Solve(SolveInputOf(dt_s));
@@ -83,6 +93,7 @@ void World::Impl::PrimeContacts(double dt_s, int times) {
 // A body that came to be non-finite, or faster than anything in a world has a right to be, is taken out before it can
 // touch anything.
 void World::Impl::IsolateInsane() {
+  if (AreSane(bodies.awake(), team)) return;
   for (std::size_t i = 0; i < bodies.awake().size();) {
     RigidBody& body = *bodies.awake()[i];
     if (IsSane(body)) {

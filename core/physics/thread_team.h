@@ -5,11 +5,13 @@
 // nothing but the numbers, so a loop finds in its cache what it left there, and loops whose chunks do not touch each
 // other's data give the same bits with any number of threads.
 //
-// Between loops the others spin for a moment, then sleep until the next one; a world that does not step costs nothing.
-// A loop of one chunk, and every loop of a team of one, is a plain call.
+// The first loop wakes the others. From then on they look out for the next one, until the owner dismisses them; then
+// they sleep. A loop of one chunk, and every loop of a team of one, is a plain call, and wakes nobody.
 //
 //   ThreadTeam team(2);
 //   team.For(bodies.size(), 64, [&](std::size_t begin, std::size_t end) { ... });
+//   ...
+//   team.Dismiss();
 //
 // Thread rule: one thread owns a team and calls it; loops do not nest. `Alone` may be called from any thread.
 #pragma once
@@ -43,6 +45,9 @@ class ThreadTeam {
   // Number of the thread that does the chunk of this index.
   std::size_t ThreadOf(std::size_t index, std::size_t chunk) const { return index / chunk % size(); }
 
+  // No loop follows for a while: the others may sleep.
+  void Dismiss() { gathered_.store(false, std::memory_order_relaxed); }
+
   // Calls `work(begin, end)` for ranges that cover 0 to `count`, each of one chunk or, by one thread, of all. Returns
   // when all are done, and what they wrote is there for the caller.
   template <class Work>
@@ -68,6 +73,7 @@ class ThreadTeam {
   const Loop* loop_ = nullptr;  // null: the threads end
   // Written in turns by the leader and by the others, so each has a cache line.
   alignas(64) std::atomic<std::uint32_t> round_{0};    // number of loops handed out
+  std::atomic<bool> gathered_{false};                  // loops follow each other
   alignas(64) std::atomic<std::uint32_t> at_work_{0};  // threads that have yet to end this round
   std::vector<std::thread> threads_;
 };

@@ -66,6 +66,18 @@ TEST(ThreadTeamTest, ASmallLoopIsACallOfTheOwner) {
   EXPECT_EQ(calls, 1);
 }
 
+TEST(ThreadTeamTest, ALoopAfterADismissalIsSharedToo) {
+  ThreadTeam team(3);
+  std::array<int, 12> done{};
+  for (int round = 1; round <= 300; ++round) {
+    team.For(done.size(), 2, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++done[i];
+    });
+    team.Dismiss();
+    for (const int times : done) ASSERT_EQ(times, round);
+  }
+}
+
 TEST(ThreadTeamTest, EndsWhereNothingWasEverHandedOut) {
   ThreadTeam team(4);
   EXPECT_EQ(team.size(), 4u);

@@ -92,11 +92,13 @@ void World::ApplyImpulse(BodyId id, Vec3f impulse_ns, Vec3f angular_impulse_nms)
 void World::Step(double dt_s) {
   assert(dt_s > 0);
   impl_->Step(dt_s);
+  impl_->team.Dismiss();
 }
 
 void World::PrimeContacts(double dt_s, int times) {
   assert(dt_s > 0 && times >= 0);
   impl_->PrimeContacts(dt_s, times);
+  impl_->team.Dismiss();
 }
 
 std::span<const Contact> World::contacts() const { return impl_->report.Contacts(impl_->Outcome(), impl_->bodies); }

@@ -12,7 +12,7 @@ World::Impl::Impl(const WorldSettings& settings_in)
       broad_phase(settings.origin, team),
       loads(settings.gravity_m_s2, settings.substeps),
       solve(settings.portable, team),
-      sleep(settings.sleep) {}
+      sleep(settings.sleep, team) {}
 
 World::Impl::~Impl() {
   for (const auto& [id, body] : bodies.all()) {

@@ -82,7 +82,7 @@ struct World::Impl {
   JointedGroups groups;
   Loads loads;
   SolvePass solve;
-  ContinuousCollision continuous;
+  ContinuousCollision continuous{team};
   Integrator integrator{team};
   SleepPass sleep;
   Report report;

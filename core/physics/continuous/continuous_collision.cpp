@@ -11,6 +11,9 @@
 namespace tessera::physics {
 namespace {
 
+// Number of swept bodies that a thread takes at a time.
+constexpr std::size_t kChunkSwept = 8;
+
 // Whether a pair that was solved needs a sweep all the same, because it gave way: a rod that is stopped at its end
 // turns about it, and most of it would be behind the wall by the end of the step.
 bool GoesThrough(const Pair& pair, std::span<const BodyMotion> motions) {
@@ -48,13 +51,22 @@ void ContinuousCollision::Run(const ContinuousInput& in, BroadPhase& broad_phase
                               std::span<BodyMotion> motions) {
   Clear();
   FindCandidates(in, motions);
-  for (const std::uint32_t index : candidates_) {
-    RigidBody& body = *in.awake[index];
-    if (deflected_[index] != 0) {
+  SweepKnownPairs(in.awake, motions);
+  std::size_t chunk = 0, taken = 0;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    RigidBody& body = *in.awake[candidates_[i]];
+    if (deflected_[candidates_[i]] != 0) {
       const Bounds swept = broad_phase.SweptBounds(SweptMotionOf(body, motions));
       if (!body.fat.Contains(swept)) BeginPairs(body, swept, broad_phase, pairs);
     }
-    Sweep(body, motions);
+    for (; chunk < encounters_.size(); ++chunk, taken = 0) {
+      const std::vector<Encounter>& encounters = encounters_[chunk];
+      while (taken < encounters.size() && encounters[taken].candidate == i) Take(encounters[taken++]);
+      if (taken < encounters.size()) break;
+    }
+    late_.clear();
+    for (std::size_t k = swept_[i]; k < body.pairs.size(); ++k) Sweep(i, body, body.pairs[k], motions, &late_);
+    for (const Encounter& encounter : late_) Take(encounter);
   }
   if (!stops_.empty()) StopBodies(in, broad_phase, motions);
 }
@@ -62,20 +74,26 @@ void ContinuousCollision::Run(const ContinuousInput& in, BroadPhase& broad_phase
 // A candidate moved by so much of its size that it may have passed through something, or came out so far from its
 // predicted motion that the contacts along that say little.
 void ContinuousCollision::FindCandidates(const ContinuousInput& in, std::span<const BodyMotion> motions) {
-  candidates_.clear();
   deflected_.resize(in.awake.size());
+  suspect_.resize(in.awake.size());
+  team_.For(in.awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const RigidBody& body = *in.awake[i];
+      const BodyMotion& motion = motions[i];
+      const Vec3f moved(motion.position - body.placement().position);
+      const auto rim = [&body](Vec3f turned_rad) {
+        return std::min(2.0f, Length(turned_rad)) * body.geometry().outer_radius_m;
+      };
+      const Vec3f expected_turn = body.predicted.spin_rad_s * static_cast<float>(in.dt_s);
+      const float off = Length(moved - body.predicted.move_m) + rim(motion.turned_rad - expected_turn);
+      deflected_[i] = off > kDeflected_m ? 1 : 0;
+      const float fast = std::max(kFastShare * body.geometry().inner_radius_m, kSpeculative_m);
+      suspect_[i] = off > kSpeculative_m || Length(moved) + rim(motion.turned_rad) > fast ? 1 : 0;
+    }
+  });
+  candidates_.clear();
   for (std::uint32_t i = 0; i < in.awake.size(); ++i) {
-    const RigidBody& body = *in.awake[i];
-    const BodyMotion& motion = motions[i];
-    const Vec3f moved(motion.position - body.placement().position);
-    const auto rim = [&body](Vec3f turned_rad) {
-      return std::min(2.0f, Length(turned_rad)) * body.geometry().outer_radius_m;
-    };
-    const Vec3f expected_turn = body.predicted.spin_rad_s * static_cast<float>(in.dt_s);
-    const float off = Length(moved - body.predicted.move_m) + rim(motion.turned_rad - expected_turn);
-    deflected_[i] = off > kDeflected_m ? 1 : 0;
-    const float fast = std::max(kFastShare * body.geometry().inner_radius_m, kSpeculative_m);
-    if (off > kSpeculative_m || Length(moved) + rim(motion.turned_rad) > fast) candidates_.push_back(i);
+    if (suspect_[i] != 0) candidates_.push_back(i);
   }
 }
 
@@ -87,21 +105,47 @@ void ContinuousCollision::BeginPairs(RigidBody& body, const Bounds& swept, Broad
   }
 }
 
-void ContinuousCollision::Sweep(RigidBody& body, std::span<const BodyMotion> motions) {
-  for (const auto& [pair, other] : body.pairs) {
-    if (pair->jointed && !pair->trigger) continue;
-    const bool as_expected =
-        deflected_[body.awake_index] == 0 && !(other->awake() && deflected_[other->awake_index] != 0);
-    if (!pair->trigger && (pair->manifolds.empty() ? as_expected : !GoesThrough(*pair, motions))) continue;
-    const SweptMotion low = SweptMotionOf(*pair->low, motions), high = SweptMotionOf(*pair->high, motions);
-    const std::optional<Impact> impact = FirstImpact(low, high, kImpactDistance_m);
-    if (!impact) continue;
-    if (pair->trigger) {
-      crossed_.push_back(pair);
-    } else if (impact->fraction < 1 && TouchAt(*pair, low, high, impact->fraction)) {
-      stops_.push_back(Carries(body, *other) ? Stop{other->awake_index, impact->fraction, &body}
-                                             : Stop{body.awake_index, impact->fraction, other});
+// Sweeps the pairs that candidates have by now. What a deflected one meets beside those begins pairs, in the order of
+// candidates, and is swept after.
+void ContinuousCollision::SweepKnownPairs(std::span<RigidBody* const> awake, std::span<const BodyMotion> motions) {
+  for (std::vector<Encounter>& encounters : encounters_) encounters.clear();
+  encounters_.resize(std::max(encounters_.size(), candidates_.size() / kChunkSwept + 1));
+  swept_.resize(candidates_.size());
+  team_.For(candidates_.size(), kChunkSwept, [&](std::size_t begin, std::size_t end) {
+    std::vector<Encounter>& encounters = encounters_[begin / kChunkSwept];
+    for (std::size_t i = begin; i < end; ++i) {
+      RigidBody& body = *awake[candidates_[i]];
+      swept_[i] = body.pairs.size();
+      for (const PairEnd& pair_end : body.pairs) Sweep(i, body, pair_end, motions, &encounters);
     }
+  });
+}
+
+void ContinuousCollision::Sweep(std::size_t candidate, RigidBody& body, const PairEnd& end,
+                                std::span<const BodyMotion> motions, std::vector<Encounter>* encounters) const {
+  Pair* const pair = end.pair;
+  RigidBody* const other = end.other;
+  if (pair->jointed && !pair->trigger) return;
+  const bool as_expected =
+      deflected_[body.awake_index] == 0 && !(other->awake() && deflected_[other->awake_index] != 0);
+  if (!pair->trigger && (pair->manifolds.empty() ? as_expected : !GoesThrough(*pair, motions))) return;
+  const SweptMotion low = SweptMotionOf(*pair->low, motions), high = SweptMotionOf(*pair->high, motions);
+  const std::optional<Impact> impact = FirstImpact(low, high, kImpactDistance_m);
+  if (!impact) return;
+  if (pair->trigger) {
+    encounters->push_back({candidate, pair, {}});
+  } else if (impact->fraction < 1 && TouchAt(*pair, low, high, impact->fraction)) {
+    encounters->push_back({candidate, nullptr,
+                           Carries(body, *other) ? Stop{other->awake_index, impact->fraction, &body}
+                                                 : Stop{body.awake_index, impact->fraction, other}});
+  }
+}
+
+void ContinuousCollision::Take(const Encounter& encounter) {
+  if (encounter.crossed != nullptr) {
+    crossed_.push_back(encounter.crossed);
+  } else {
+    stops_.push_back(encounter.stop);
   }
 }
 

@@ -6,7 +6,7 @@
 //
 //   candidates -> sweeps -> stops, of whole jointed groups -> moved back and rejoined -> carried on -> turning kept
 //
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads the team.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,7 @@
 #include "core/physics/continuous/stops.h"
 #include "core/physics/islands.h"
 #include "core/physics/pair_table.h"
+#include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
@@ -30,6 +31,8 @@ struct ContinuousInput {
 
 class ContinuousCollision {
  public:
+  explicit ContinuousCollision(ThreadTeam& team = ThreadTeam::Alone()) : team_(team) {}
+
   // Changes the motions, by awake_index, of bodies that are stopped. Asks the broad phase what is in the way of a
   // deflected body, and begins pairs with that.
   void Run(const ContinuousInput& in, BroadPhase& broad_phase, PairTable& pairs, std::span<BodyMotion> motions);
@@ -47,13 +50,27 @@ class ContinuousCollision {
   bool Validate(std::span<RigidBody* const> awake) const;
 
  private:
+  // The outcome of a sweep of one pair.
+  struct Encounter {
+    std::size_t candidate;  // place in the list of the body that was swept
+    Pair* crossed;          // a pair with a trigger; null: the stop holds
+    Stop stop;
+  };
   void FindCandidates(const ContinuousInput& in, std::span<const BodyMotion> motions);
   void BeginPairs(RigidBody& body, const Bounds& swept, BroadPhase& broad_phase, PairTable& pairs);
-  void Sweep(RigidBody& body, std::span<const BodyMotion> motions);
+  void SweepKnownPairs(std::span<RigidBody* const> awake, std::span<const BodyMotion> motions);
+  void Sweep(std::size_t candidate, RigidBody& body, const PairEnd& end, std::span<const BodyMotion> motions,
+             std::vector<Encounter>* encounters) const;
+  void Take(const Encounter& encounter);
   void StopBodies(const ContinuousInput& in, BroadPhase& broad_phase, std::span<BodyMotion> motions);
 
-  std::vector<std::uint8_t> deflected_;    // by awake_index: the body was pushed off its predicted motion
-  std::vector<std::uint32_t> candidates_;  // awake_index of bodies to sweep, ascending
+  ThreadTeam& team_;
+  // By awake_index: the body was pushed off its predicted motion; it is to be swept.
+  std::vector<std::uint8_t> deflected_, suspect_;
+  std::vector<std::uint32_t> candidates_;           // awake_index of bodies to sweep, ascending
+  std::vector<std::size_t> swept_;                  // by candidate: how many of its pairs were swept by the team
+  std::vector<std::vector<Encounter>> encounters_;  // by chunk of candidates
+  std::vector<Encounter> late_;                     // with bodies in the way of a deflected one
   std::vector<RigidBody*> nearby_;
   std::vector<Stop> stops_;
   std::vector<Pair*> crossed_;

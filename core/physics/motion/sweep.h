@@ -6,7 +6,7 @@
 // near miss, and takes as few steps as Newton's method where nothing turns.
 //
 // It is computed in doubles from relative positions, which makes it the same anywhere in the world.
-// Thread rule: Bullet's trees of triangles allow one thread at a time.
+// Pure functions, any thread.
 #pragma once
 
 #include <optional>
