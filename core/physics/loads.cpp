@@ -31,10 +31,6 @@ double ScaleOf(double inner_radius_m, double pull) {
   return pull * std::max(1.0, 0.5 / std::max(inner_radius_m, kLeastInner_m));
 }
 
-bool ExternallySupported(std::span<RigidBody* const> awake, std::uint32_t body) {
-  return body == kAsleep || awake[body]->support.external;
-}
-
 }  // namespace
 
 void Loads::Run(const LoadInput& in) {
@@ -67,17 +63,26 @@ Loads::Pull Loads::PullOf(Vec3d gravity_m_s2, double dt_s) {
 
 void Loads::WeighBodies(const LoadInput& in) {
   weights_.resize(in.awake.size());
+  shares_.resize(in.awake.size());
+  team_.For(in.awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const RigidBody& body = *in.awake[i];
+      const double mass = body.mass_kg();
+      weights_[i] = {body.id(), body.support.external, mass, mass, mass, Dot(body.placement().position, pull_.up)};
+      shares_[i] = {body.load.substeps, body.load.island_load, body.support.island_load,
+                    body.geometry().inner_radius_m};
+    }
+  });
   for (std::uint32_t i = 0; i < in.awake.size(); ++i) {
-    const RigidBody& body = *in.awake[i];
-    const double mass = body.mass_kg();
-    weights_[i] = {body.id(), body.support.external, mass, mass, mass, Dot(body.placement().position, pull_.up)};
+    const BodyShare& share = shares_[i];
+    const double mass = weights_[i].mass_kg;
     Sums& sums = sums_[in.islands.IndexOf(i)];
-    sums.demand.last = std::max(sums.demand.last, body.load.substeps);
-    sums.load_before = std::max(sums.load_before, body.load.island_load);
-    sums.load_outside = std::max(sums.load_outside, body.support.island_load);
+    sums.demand.last = std::max(sums.demand.last, share.substeps);
+    sums.load_before = std::max(sums.load_before, share.load_before);
+    sums.load_outside = std::max(sums.load_outside, share.load_outside);
     sums.mass_kg += mass;
     sums.lightest_kg = std::min(sums.lightest_kg, mass);
-    sums.smallest_m = std::min(sums.smallest_m, body.geometry().inner_radius_m);
+    sums.smallest_m = std::min(sums.smallest_m, share.inner_radius_m);
   }
   for (Sums& sums : sums_) {
     sums.loaded = pull_.single_g_m_s2 > 0 &&
@@ -94,6 +99,9 @@ void Loads::WeighGroups(const LoadInput& in) {
 }
 
 void Loads::WeighContacts(const LoadInput& in) {
+  const auto externally_supported = [this](std::uint32_t body) {
+    return body == kAsleep || weights_[body].externally_supported;
+  };
   for (const ActiveContact& contact : in.contacts) {
     if (!contact.responds) continue;
     const std::uint32_t island = in.islands.IndexOf(contact.one());
@@ -104,7 +112,7 @@ void Loads::WeighContacts(const LoadInput& in) {
     if (!contact.live) continue;
     plan.solved = true;
     // Both lean on bodies outside the world, so what they do to each other counts where those are.
-    if (ExternallySupported(in.awake, contact.low) && ExternallySupported(in.awake, contact.high)) continue;
+    if (externally_supported(contact.low) && externally_supported(contact.high)) continue;
     if (sums.loaded) NoteSupport(in, contact);
     WeighContact(in, contact, sums);
   }
@@ -204,10 +212,12 @@ void Loads::ChooseSubsteps() {
 }
 
 void Loads::Remember(const LoadInput& in) const {
-  for (std::uint32_t i = 0; i < in.awake.size(); ++i) {
-    const IslandPlan& plan = plans_[in.islands.IndexOf(i)];
-    in.awake[i]->load = {propagated_[i], plan.substeps, plan.load};
-  }
+  team_.For(in.awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const IslandPlan& plan = plans_[in.islands.IndexOf(static_cast<std::uint32_t>(i))];
+      in.awake[i]->load = {propagated_[i], plan.substeps, plan.load};
+    }
+  });
 }
 
 bool Loads::Validate() const {

@@ -6,7 +6,7 @@
 // the foot would never ask for more.
 //
 // Its memory from step to step lies in the bodies (RigidBody::load), and nothing else writes that.
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads the team.
 #pragma once
 
 #include <bit>
@@ -19,6 +19,7 @@
 #include "core/physics/load_propagation.h"
 #include "core/physics/rigid_body.h"
 #include "core/physics/solve/substeps.h"
+#include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
@@ -46,7 +47,8 @@ struct LoadInput {
 class Loads {
  public:
   // `fixed_substeps`: every island gets so many; 0: as many as it needs.
-  Loads(Vec3d gravity_m_s2, int fixed_substeps) : gravity_m_s2_(gravity_m_s2), fixed_substeps_(fixed_substeps) {}
+  Loads(Vec3d gravity_m_s2, int fixed_substeps, ThreadTeam& team = ThreadTeam::Alone())
+      : gravity_m_s2_(gravity_m_s2), fixed_substeps_(fixed_substeps), team_(team) {}
 
   void Run(const LoadInput& in);
 
@@ -65,6 +67,13 @@ class Loads {
     float smallest_m = std::numeric_limits<float>::max();  // inner radius
     float load_before = kUnknownLoad;  // largest that its bodies' islands counted with in the last step
     float load_outside = 0;            // largest SupportHint::island_load
+  };
+
+  // Of a body, beside its weight, for the sums of its island.
+  struct BodyShare {
+    int substeps;
+    float load_before, load_outside;
+    float inner_radius_m;
   };
 
   // Gravity, and how far it pulls a body in a step, in both precisions that loads are computed in.
@@ -89,10 +98,12 @@ class Loads {
 
   Vec3d gravity_m_s2_;
   int fixed_substeps_;
+  ThreadTeam& team_;
   Pull pull_;
   std::vector<IslandPlan> plans_;
   std::vector<Sums> sums_;           // by island
   std::vector<BodyWeight> weights_;  // by awake_index
+  std::vector<BodyShare> shares_;    // likewise
   std::vector<double> group_kg_;     // by jointed group
   std::vector<Support> supports_;    // in loaded islands
   std::vector<float> propagated_;    // by awake_index

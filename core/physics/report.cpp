@@ -12,7 +12,8 @@
 namespace tessera::physics {
 namespace {
 
-constexpr std::size_t kPairBytes = 320;  // that are read of a pair with one manifold
+constexpr std::size_t kPairBytes = 320;     // that are read of a pair with one manifold
+constexpr std::size_t kChunkReported = 64;  // contacts that a thread takes at a time
 
 PairImpulse ImpulseOf(const Pair& pair) {
   Exchange<float> exchange;
@@ -106,24 +107,33 @@ void Report::Run(const StepOutcome& outcome, PairTable& pairs) {
   const auto crossed = [this](Pair* pair) {
     return !crossed_.empty() && std::binary_search(crossed_.begin(), crossed_.end(), pair, std::less<>());
   };
-  constexpr std::size_t kAhead = 8;
-  for (std::size_t i = 0; i < outcome.contacts.size(); ++i) {
-    if (i + kAhead < outcome.contacts.size()) Prefetch(outcome.contacts[i + kAhead].pair, kPairBytes);
-    Pair& pair = *outcome.contacts[i].pair;
-    pair.substeps = outcome.contacts[i].substeps;
-    Note(pair, crossed(&pair));
-  }
-  for (Pair* pair : outcome.parting) Note(*pair, crossed(pair));
+  NoteContacts(outcome.contacts, crossed);
+  for (Pair* pair : outcome.parting) Note(*pair, crossed(pair), &events_);
   // A pair that only crossed is in neither list.
   for (Pair* pair : crossed_) {
-    if (pair->manifolds.empty() && !pair->touching) Note(*pair, true);
+    if (pair->manifolds.empty() && !pair->touching) Note(*pair, true, &events_);
   }
   std::sort(events_.begin(), events_.end(), [](const PairEvent& a, const PairEvent& b) {
     return std::tie(a.body_a, a.body_b, a.begin) < std::tie(b.body_a, b.body_b, b.begin);
   });
 }
 
-void Report::Note(Pair& pair, bool crossed) {
+void Report::NoteContacts(std::span<const ActiveContact> contacts, absl::FunctionRef<bool(Pair*)> crossed) {
+  for (std::vector<PairEvent>& events : noted_) events.clear();
+  noted_.resize(std::max(noted_.size(), contacts.size() / kChunkReported + 1));
+  team_.For(contacts.size(), kChunkReported, [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t kAhead = 8;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) Prefetch(contacts[i + kAhead].pair, kPairBytes);
+      Pair& pair = *contacts[i].pair;
+      pair.substeps = contacts[i].substeps;
+      Note(pair, crossed(&pair), &noted_[begin / kChunkReported]);
+    }
+  });
+  for (const std::vector<PairEvent>& events : noted_) events_.insert(events_.end(), events.begin(), events.end());
+}
+
+void Report::Note(Pair& pair, bool crossed, std::vector<PairEvent>* events) {
   if (pair.low == nullptr || (pair.jointed && !pair.trigger)) return;
   const float impulse = pair.responds() ? NormalImpulseOf(pair) : 0;
   pair.load_ns = std::min(impulse, pair.impulse_ns);
@@ -131,7 +141,7 @@ void Report::Note(Pair& pair, bool crossed) {
   const bool touches = crossed || impulse > 0 || pair.separation_m <= (pair.touching ? kTouchEnd_m : kTouchBegin_m);
   if (touches == pair.touching) return;
   pair.touching = touches;
-  events_.push_back({pair.low->id(), pair.high->id(), pair.trigger, touches});
+  events->push_back({pair.low->id(), pair.high->id(), pair.trigger, touches});
 }
 
 std::span<const Contact> Report::Contacts(const StepOutcome& outcome, const BodyStore& bodies) {

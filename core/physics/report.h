@@ -3,8 +3,10 @@
 // Events are made in each step. Contacts and impulses are computed only when somebody asks for them: most steps nobody
 // does.
 //
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads the team.
 #pragma once
+
+#include <absl/functional/function_ref.h>
 
 #include <cstdint>
 #include <span>
@@ -14,6 +16,7 @@
 #include "core/physics/body_store.h"
 #include "core/physics/contact_report.h"
 #include "core/physics/pair_table.h"
+#include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
@@ -31,6 +34,8 @@ struct StepOutcome {
 
 class Report {
  public:
+  explicit Report(ThreadTeam& team = ThreadTeam::Alone()) : team_(team) {}
+
   // The pass: writes what pairs remember of the step, and makes its events, together with those of pairs that have
   // ended since the last step.
   void Run(const StepOutcome& outcome, PairTable& pairs);
@@ -49,8 +54,11 @@ class Report {
   bool Validate() const;
 
  private:
-  void Note(Pair& pair, bool crossed);
+  void NoteContacts(std::span<const ActiveContact> contacts, absl::FunctionRef<bool(Pair*)> crossed);
+  static void Note(Pair& pair, bool crossed, std::vector<PairEvent>* events);
 
+  ThreadTeam& team_;
+  std::vector<std::vector<PairEvent>> noted_;  // by chunk of contacts
   std::vector<PairEvent> events_;
   std::vector<Pair*> crossed_;  // ascending by address, each once
   std::vector<Contact> contacts_;

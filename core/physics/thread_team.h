@@ -1,9 +1,10 @@
 // ThreadTeam: the threads that work on the loops of a step together.
 //
-// The thread that owns the team leads. It hands out one loop at a time, does its own share of it, and goes on when all
-// shares are done. Indices are dealt in chunks, chunk number c to thread c % size(): which thread does what depends on
-// nothing but the numbers, so a loop finds in its cache what it left there, and loops whose chunks do not touch each
-// other's data give the same bits with any number of threads.
+// The thread that owns the team leads. It hands out one loop at a time, does its own share of it, then the shares that
+// nobody has begun, and goes on when all are done. So a thread that has no processor holds nothing up, unless it loses
+// it within its share. Indices are dealt in chunks, chunk number c to the share of thread c % size(): what is in a
+// share depends on nothing but the numbers, so a loop mostly finds in its cache what it left there, and loops whose
+// chunks do not touch each other's data give the same bits with any number of threads.
 //
 // The first loop wakes the others. From then on they look out for the next one, until the owner dismisses them; then
 // they sleep. A loop of one chunk, and every loop of a team of one, is a plain call, and wakes nobody.
@@ -42,7 +43,7 @@ class ThreadTeam {
   static ThreadTeam& Alone();
 
   std::size_t size() const { return threads_.size() + 1; }
-  // Number of the thread that does the chunk of this index.
+  // Number of the thread that has the chunk of this index in its share. No two threads work on one share at a time.
   std::size_t ThreadOf(std::size_t index, std::size_t chunk) const { return index / chunk % size(); }
 
   // No loop follows for a while: the others may sleep.
@@ -66,15 +67,25 @@ class ThreadTeam {
 
  private:
   using Loop = absl::FunctionRef<void(std::size_t thread)>;
+  // The share that a thread has in a loop: the number of the round if it is there to be done, one more if somebody has
+  // taken it. Each has a cache line, because leader and thread write it in turns.
+  struct alignas(64) ShareOf {
+    std::atomic<std::uint32_t> state{0};
+    // False: somebody else has.
+    bool Take(std::uint32_t round) {
+      return state.compare_exchange_strong(round, round + 1, std::memory_order_acquire, std::memory_order_relaxed);
+    }
+  };
 
   void Share(Loop loop);
+  void HandOut();
   void Follow(std::size_t thread);
 
-  const Loop* loop_ = nullptr;  // null: the threads end
-  // Written in turns by the leader and by the others, so each has a cache line.
-  alignas(64) std::atomic<std::uint32_t> round_{0};    // number of loops handed out
+  const Loop* loop_ = nullptr;                         // null: the threads end
+  std::uint32_t round_ = 0;                            // grows by two for each loop
   std::atomic<bool> gathered_{false};                  // loops follow each other
-  alignas(64) std::atomic<std::uint32_t> at_work_{0};  // threads that have yet to end this round
+  std::vector<ShareOf> shares_;                        // of the other threads
+  alignas(64) std::atomic<std::uint32_t> at_work_{0};  // shares of others that have yet to be done in this round
   std::vector<std::thread> threads_;
 };
 

@@ -10,7 +10,7 @@ namespace tessera::physics {
 World::Impl::Impl(const WorldSettings& settings_in)
     : settings(settings_in),
       broad_phase(settings.origin, team),
-      loads(settings.gravity_m_s2, settings.substeps),
+      loads(settings.gravity_m_s2, settings.substeps, team),
       solve(settings.portable, team),
       sleep(settings.sleep, team) {}
 

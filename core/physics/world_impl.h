@@ -85,7 +85,7 @@ struct World::Impl {
   ContinuousCollision continuous{team};
   Integrator integrator{team};
   SleepPass sleep;
-  Report report;
+  Report report{team};
   std::vector<std::uint32_t> restless;  // FindRestless writes it: awake_index of each
   // By awake_index: free flight and the solve pass fill it, continuous collision corrects it, integration applies it.
   std::vector<BodyMotion> motions;
