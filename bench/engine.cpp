@@ -23,6 +23,18 @@ bool EngineBuilt(EngineKind kind) {
 #else
       return false;
 #endif
+    case EngineKind::kBox3d:
+#ifdef TESSERA_BENCH_BOX3D
+      return true;
+#else
+      return false;
+#endif
+    case EngineKind::kJolt:
+#ifdef TESSERA_BENCH_JOLT
+      return true;
+#else
+      return false;
+#endif
   }
   return false;
 }
@@ -37,7 +49,22 @@ std::string_view EngineName(EngineKind kind) {
       return "ode";
     case EngineKind::kMujoco:
       return "mujoco";
+    case EngineKind::kBox3d:
+      return "box3d";
+    case EngineKind::kJolt:
+      return "jolt";
   }
+  return "";
+}
+
+std::string_view EngineCommit(EngineKind kind) {
+#ifdef TESSERA_BENCH_BOX3D
+  if (kind == EngineKind::kBox3d) return TESSERA_BENCH_BOX3D;
+#endif
+#ifdef TESSERA_BENCH_JOLT
+  if (kind == EngineKind::kJolt) return TESSERA_BENCH_JOLT;
+#endif
+  static_cast<void>(kind);
   return "";
 }
 
@@ -56,6 +83,18 @@ std::unique_ptr<Engine> MakeEngine(EngineKind kind, const EngineConfig& config) 
     case EngineKind::kMujoco:
 #ifdef TESSERA_BENCH_MUJOCO
       return MakeMujocoEngine(config);
+#else
+      return nullptr;
+#endif
+    case EngineKind::kBox3d:
+#ifdef TESSERA_BENCH_BOX3D
+      return MakeBox3dEngine(config);
+#else
+      return nullptr;
+#endif
+    case EngineKind::kJolt:
+#ifdef TESSERA_BENCH_JOLT
+      return MakeJoltEngine(config);
 #else
       return nullptr;
 #endif

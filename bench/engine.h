@@ -25,13 +25,16 @@ enum class EngineKind {
   kBullet,   // stock: btDiscreteDynamicsWorld as a game sets it up; float
   kOde,      // optional at build time; double
   kMujoco,   // optional at build time; double; scenes without joints
+  kBox3d,    // optional at build time; float; scenes without joints but point joints
+  kJolt,     // optional at build time; float; scenes without joints
 };
 
 struct EngineConfig {
-  // Tessera: of every island that is solved; 0: as many as each needs. The others: Step(dt) is so many steps; 0: one.
+  // Tessera: of every island that is solved; 0: as many as each needs. Box3D: its own substeps; 0: 4. The others:
+  // Step(dt) is so many steps; 0: one.
   int substeps = 0;
   int iterations = 0;   // solver iterations; 0: the engine's default
-  int threads = 1;      // Tessera: that work on a step
+  int threads = 1;      // Tessera, Box3D, Jolt: that work on a step
   bool sleep = false;   // bodies may sleep, by the engine's own thresholds
   bool direct = false;  // ODE: the direct solver (dWorldStep) rather than the iterative (dWorldQuickStep)
   bool rk4 = false;     // MuJoCo: Runge and Kutta's integrator, which its manual has for energy, rather than Euler's
@@ -56,6 +59,9 @@ class Engine {
 // False for a peer whose library was absent at build time.
 bool EngineBuilt(EngineKind kind);
 std::string_view EngineName(EngineKind kind);
+// The commit that a peer was built from, as far as the build was told (TESSERA_BOX3D_COMMIT, TESSERA_JOLT_COMMIT);
+// empty for others.
+std::string_view EngineCommit(EngineKind kind);
 // Null if it was not built.
 std::unique_ptr<Engine> MakeEngine(EngineKind kind, const EngineConfig& config);
 

@@ -46,5 +46,7 @@ std::unique_ptr<Engine> MakeTesseraEngine(const EngineConfig& config);
 std::unique_ptr<Engine> MakeBulletEngine(const EngineConfig& config);
 std::unique_ptr<Engine> MakeOdeEngine(const EngineConfig& config);
 std::unique_ptr<Engine> MakeMujocoEngine(const EngineConfig& config);
+std::unique_ptr<Engine> MakeBox3dEngine(const EngineConfig& config);
+std::unique_ptr<Engine> MakeJoltEngine(const EngineConfig& config);
 
 }  // namespace tessera::bench

@@ -59,7 +59,7 @@ class EngineTest : public testing::TestWithParam<EngineKind> {
 
 INSTANTIATE_TEST_SUITE_P(Engines, EngineTest,
                          testing::Values(EngineKind::kTessera, EngineKind::kBullet, EngineKind::kOde,
-                                         EngineKind::kMujoco),
+                                         EngineKind::kMujoco, EngineKind::kBox3d, EngineKind::kJolt),
                          [](const auto& test) { return std::string(EngineName(test.param)); });
 
 // Tessera by the parabola; the others velocity first, then position by the new velocity: y = -g dt^2 n (n + 1) / 2, too
@@ -75,6 +75,8 @@ TEST_P(EngineTest, FallsAsItsMethodSays) {
   const double first_order = 100 - 10 * kDt * kDt * 60 * 61 / 2;
   if (Is(EngineKind::kTessera)) {
     EXPECT_NEAR(end.y, 95, 1e-5);
+  } else if (Is(EngineKind::kBox3d)) {
+    EXPECT_NEAR(end.y, 95 - 10 * kDt / 4 / 2, 1e-3);  // it takes 4 substeps unless told otherwise
   } else {
     EXPECT_NEAR(end.y, first_order, 1e-3);
   }
@@ -205,6 +207,42 @@ TEST_P(EngineTest, SleepsOnlyIfItMay) {
   }
   EXPECT_TRUE(with->StateOf(BodyId(1)).asleep);
   EXPECT_FALSE(without->StateOf(BodyId(1)).asleep);
+}
+
+TEST_P(EngineTest, AMeshBearsWhatLiesOnIt) {
+  Scene scene = Empty();
+  BodyDef floor = Dynamic(
+      1000, MakeShape(TriangleMeshShape{{{-5, 0, -5}, {-5, 0, 5}, {5, 0, 5}, {5, 0, -5}}, {{0, 1, 2}, {0, 2, 3}}}), {},
+      0);
+  floor.motion = Motion::kStatic;
+  scene.bodies = {Dynamic(1, MakeShape(BoxShape{{0.5, 0.5, 0.5}}), {1, 0.55, 0}),
+                  Dynamic(2, MakeShape(CapsuleShape{0.3, 0.4}), {-2, 0.75, 0}), floor};
+  if (!Can(scene)) GTEST_SKIP() << "knows no meshes";
+  const auto engine = Loaded(scene);
+  for (int i = 0; i < 60; ++i) engine->Step(kDt);
+  EXPECT_NEAR(engine->StateOf(BodyId(1)).position.y, 0.5, 0.03);
+  EXPECT_GT(engine->StateOf(BodyId(2)).position.y, 0.25);  // the rod may have fallen over
+}
+
+TEST_P(EngineTest, TwoThreadsStepATower) {
+  Scene scene = Empty();
+  scene.bodies = {Ground()};
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    const auto column = static_cast<double>(i / 4), layer = static_cast<double>(i % 4);
+    scene.bodies.push_back(Dynamic(i + 1, MakeShape(BoxShape{{0.5, 0.5, 0.5}}), {2 * column, 0.5 + layer, 0}));
+  }
+  const auto engine = Loaded(scene, {.threads = 2});
+  for (int i = 0; i < 60; ++i) engine->Step(kDt);
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    EXPECT_NEAR(engine->StateOf(BodyId(i + 1)).position.y, 0.5 + static_cast<double>(i % 4), 0.1) << i;
+  }
+}
+
+TEST(EngineTest, APeerNamesTheCommitItWasBuiltFrom) {
+  for (const EngineKind kind : {EngineKind::kBox3d, EngineKind::kJolt}) {
+    EXPECT_EQ(EngineCommit(kind).empty(), !EngineBuilt(kind)) << EngineName(kind);
+  }
+  EXPECT_EQ(EngineCommit(EngineKind::kBullet), "");
 }
 
 TEST(EngineTest, MujocoKeepsItsEnergyByRungeAndKutta) {
