@@ -135,18 +135,19 @@ absl::Status Agent::FindJoinToken() {
   }
   options_.join_token = *std::move(token);
   auto control = trust::ParseControlAddresses(options_.control, host::PortRule::kFrom1);
+  // "tsj_...": where the control plane has an authority, its fingerprint comes after it, and says whom to give it to.
+  const std::size_t mark = std::min(options_.join_token.find('.'), options_.join_token.size());
+  const std::string fingerprint = options_.join_token.substr(std::min(mark + 1, options_.join_token.size()));
+  options_.join_token.resize(mark);
   if (!control.ok() || control->front().is_socket()) return control.status();
-  // "tsj_...": over TLS the fingerprint of the control plane's authority comes after it, and says whom to give it to.
-  const std::size_t mark = options_.join_token.find('.');
-  if (mark != std::string::npos) {
+  if (!fingerprint.empty()) {
     std::vector<std::string> addresses;
     for (trust::ControlAddress& address : *control) {
-      if (address.fingerprint.empty()) address.fingerprint = options_.join_token.substr(mark + 1);
+      if (address.fingerprint.empty()) address.fingerprint = fingerprint;
       addresses.push_back(address.text());
     }
     options_.control = absl::StrJoin(addresses, ",");
   }
-  options_.join_token.resize(std::min(mark, options_.join_token.size()));
   auto key = trust::MakeKey();
   if (!key.ok()) return key.status();
   join_key_ = *std::move(key);
