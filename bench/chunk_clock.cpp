@@ -14,7 +14,7 @@ namespace tessera::bench {
 namespace {
 
 constexpr double kDisturbedShare = 0.01;
-constexpr int kSettleLooks = 50;  // of a fifth of a millisecond each
+constexpr int kSettleLooks = 50;  // a fifth of a millisecond each
 
 // State of a task, as proc(5) has it: R where it runs or is ready to; 0 if it has ended.
 char StateOfTask(const std::filesystem::path& task) {

@@ -14,7 +14,7 @@
 namespace tessera::bench {
 
 struct ChunkTime {
-  double cpu_s = 0;   // of the calling thread
+  double cpu_s = 0;   // the calling thread's
   double wall_s = 0;  // by the clock
   // All threads of this process had a processor whenever they were ready, but for a hundredth of the time. False too
   // where the system does not tell.

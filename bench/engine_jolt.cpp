@@ -191,7 +191,7 @@ class JoltEngine : public Engine {
   std::unique_ptr<JPH::JobSystem> jobs_;
   JPH::PhysicsSystem system_;
   std::unordered_map<BodyId, Body> bodies_;
-  std::unordered_map<const Shape*, JPH::ShapeRefC> made_;  // of trivial mass frames; bodies share them
+  std::unordered_map<const Shape*, JPH::ShapeRefC> made_;  // with trivial mass frames; bodies share them
   std::vector<Force> forces_;
 };
 

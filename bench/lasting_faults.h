@@ -22,7 +22,7 @@ enum class LastingFaultKind {
   kKillLeader,         // the control plane that leads, kill -9
   kStopLeader,         // it stands still and goes on, as if nothing had been
   kCutLeader,          // its machine's link, both ways
-  kLoseLeader,         // what its machine sends to the others is lost; what they send arrives
+  kLoseLeader,         // messages from its machine to the others are lost; theirs arrive
   kCutLeaderWithHost,  // its machine and a host from all others, not from each other
   kKillStore,          // a member of etcd, kill -9
   kStopStore,          // a member of etcd stands still
@@ -40,7 +40,7 @@ struct LastingFault {
   LastingFaultKind kind = LastingFaultKind::kKillLeader;
   std::uint32_t which = 0;  // member, host, or place among the workers of a host
   double hold_s = 0;
-  std::uint32_t leader = 0;  // who led when it struck; set by Strike
+  std::uint32_t leader = 0;  // the one that led when it struck; set by Strike
 };
 
 // Each kind comes once before any comes again, so that a short run has as many kinds as faults. The same seed draws the

@@ -39,12 +39,12 @@ struct StepRecord {
   std::uint64_t map = 0;    // by this map
 };
 
-// What the control plane said about the world.
+// The control plane's word about the world.
 struct ClaimRecord {
   double asked = 0;
   bool running = false, degraded = false;
   std::string reason;
-  std::vector<std::uint32_t> regions;  // of the map in force
+  std::vector<std::uint32_t> regions;  // those of the map in force
 };
 
 // One write to the store, by the leader whose token it is; tokens are the revisions at which leaders were elected.

@@ -154,7 +154,7 @@ absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, Las
     verdict.gaps.push_back(*gap);
     if (const std::string why = drama.WaitUntilWell(); !why.empty()) {
       verdict.not_well.push_back(fmt::format("after {}: {}", NameOf(fault.kind), why));
-      break;  // what follows would be of this one
+      break;  // the next changes would be this one's
     }
   }
   const History history = (*witnesses)->End();

@@ -32,7 +32,7 @@ struct LastingPlan {
 struct LastingGap {
   LastingFaultKind kind = LastingFaultKind::kKillLeader;
   double leader_s = -1;    // until a change that was asked for after the strike was acknowledged
-  double failover_s = -1;  // of a dead worker: until all regions of a later map stepped
+  double failover_s = -1;  // after a worker's death: until all regions of a later map stepped
   double orphan_s = -1;    // the same, from when somebody leads again
 };
 

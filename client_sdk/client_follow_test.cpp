@@ -190,7 +190,7 @@ TEST_F(ClientFollowTest, ComesBackAsTheSamePlayerAfterTheLossOfAllLinks) {
   EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 0);
 }
 
-// What a restore looks like to a client: all workers end, others go on from a checkpoint at other addresses.
+// A restore as a client sees it: all workers end, others go on from a checkpoint at other addresses.
 struct ClientRestoreTest : ClientFixture {
   void PlayByGrant() {
     Make(1);

@@ -44,7 +44,7 @@ struct WorkCount {
   }
 };
 
-// What a client goes by, however it joined.
+// The terms that a client goes by, however it joined.
 struct Client::Settings {
   std::string instance_id{};
   std::chrono::milliseconds deadline{10'000};
@@ -54,7 +54,7 @@ struct Client::Settings {
   bool returning = false;  // an older process of the player may be there: it is not let go of for a fault here
   bool by_grant = false;   // nobody but its caller can get it another
   std::string scene_cache_dir{};
-  std::vector<std::uint8_t> packed_scene{};  // of a caller that has it
+  std::vector<std::uint8_t> packed_scene{};  // from a caller that has it
   LeaveCall leave{};                         // null: leaving closes the connections, and that is all
 };
 
@@ -194,7 +194,7 @@ struct Client::Impl {
   std::optional<Applied> applied, correct_to;
   TimePoint own_heard_at{};  // when the newest report came
   std::optional<Predictor> predictor;
-  std::vector<const BodyDef*> on_paths;  // of the scene, ascending by id
+  std::vector<const BodyDef*> on_paths;  // those of the scene, ascending by id
   WorkCount work;
 
   CommandQueue commands;

@@ -11,7 +11,7 @@ namespace {
 
 // A region lets a character go on by its last input when it has none, so the end of steering is sent this often.
 constexpr std::uint32_t kEndingInputs = 30;
-// What is predicted counts as such for so many ticks after the last word of the own body's region; a failover takes
+// A predicted state counts as such for so many ticks after the last word of the own body's region; a failover takes
 // less, and a world in which nothing moves is heard of twice as often.
 constexpr double kStaleAfter_ticks = 60;
 

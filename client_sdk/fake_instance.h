@@ -379,7 +379,7 @@ class FakeInstance : public v1::SessionService::Service {
     return *regions.back();
   }
   std::string packed_scene() const { return std::string(AsText(PackScene(*scene))); }
-  // What the control plane would give a new player, or a viewer.
+  // The grant that the control plane would give to a new player, or to a viewer.
   // `again`: for a player who is in already.
   std::vector<std::uint8_t> Grant(bool viewer = false, PlayerNumber again = PlayerNumber()) {
     const PlayerNumber player = viewer                    ? PlayerNumber(kFirstViewer + 5)

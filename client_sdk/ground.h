@@ -52,14 +52,14 @@ class Ground {
   struct Part {
     const BodyDef* def = nullptr;
     ShapePtr piece{};  // null: whole
-    Vec3d offset{};    // of the piece, in the body's frame
+    Vec3d offset{};    // where the piece is, in the body's frame
   };
   // The next area on its way.
   struct Search {
     Area area;
     double least_m = 0;
     std::vector<const BodyDef*> surfaces{};  // still to be cut
-    std::optional<MeshPiece> piece{};        // of the last of them
+    std::optional<MeshPiece> piece{};        // the last one's
     std::vector<Part> parts{};
     bool found = false;             // all parts are known
     std::vector<BodyId> leaving{};  // after all parts are in the world
@@ -79,8 +79,8 @@ class Ground {
   std::size_t surveyed_ = 0;                                             // bodies of the scene
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> small_;  // by cell on the ground
   std::vector<std::uint32_t> wide_;                                      // and those larger than a cell
-  std::unordered_map<const Shape*, double> balls_;                       // of wide and small ones
-  std::map<const Shape*, MeshBlocks> meshes_;                            // of those that are cut
+  std::unordered_map<const Shape*, double> balls_;                       // for wide and small ones
+  std::map<const Shape*, MeshBlocks> meshes_;                            // those that are cut
 
   std::map<BodyId, ShapePtr> here_;  // in the world; null: whole
   std::optional<Area> area_;         // that is in the world whole

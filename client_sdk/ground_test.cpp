@@ -9,7 +9,7 @@ namespace tessera::client {
 namespace {
 
 constexpr std::int64_t kBudget = 50'000;
-// What one call may go beyond its budget by: the piece that it builds last.
+// One call may go beyond its budget by the piece that it builds last.
 constexpr std::int64_t kLastPiece = 3 * std::int64_t{kMostPieceTriangles} * kUnitsToBuildATriangle / 2;
 constexpr double kReach_m = 3;
 

@@ -113,7 +113,7 @@ void Predictor::Prepare(const BodyState& own, WorkBudget& budget) {
 bool Predictor::HasGround(const BodyState& own) {
   if (world_ == nullptr) return false;
   if (Length(own.position - origin_) > kMaxFromOrigin_m && ground_.Covers(own.position, GroundReach(own))) {
-    Begin(own.position);  // what is near is built anew at once: a millisecond, once a kilometre
+    Begin(own.position);  // the ground near it is built anew at once: a millisecond, once a kilometre
     WorkBudget budget = WorkBudget::Unlimited();
     ground_.Work(*world_, own.position, GroundReach(own), budget);
   }

@@ -40,7 +40,7 @@ class HostNetwork {
   // Packets either way vanish.
   absl::Status Cut(std::uint32_t host) const;
   absl::Status Mend(std::uint32_t host) const;
-  // What `from` sends to `to` vanishes, without a word to either; the other way is another matter.
+  // Packets from `from` to `to` vanish, without a word to either; the other way is another matter.
   absl::Status Lose(std::uint32_t from, std::uint32_t to) const;
   absl::Status Find(std::uint32_t from, std::uint32_t to) const;
   // The calling thread is in the host's network from here on, also where the host's link is cut.

@@ -23,7 +23,8 @@ namespace {
 
 constexpr std::chrono::seconds kFetchTimeout{5};
 constexpr std::size_t kMaxKept = 64;  // authorities, of one process
-// Of a channel to several: soon after another was elected it is connected to it. Control planes take pings from 1 s on.
+// For a channel to several: soon after another was elected it is connected to it. Control planes take pings from 1 s
+// on.
 constexpr int kFirstReconnect_ms = 100, kLastReconnect_ms = 1000, kSilence_ms = 2000;
 
 // A fingerprint names one certificate for ever, so what was found for it holds wherever it is met again.
@@ -76,7 +77,7 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsFor(
   return grpc::CompositeChannelCredentials(channel_credentials, grpc::AccessTokenCredentials(credentials.bearer_token));
 }
 
-// Of every channel by TLS.
+// For every channel by TLS.
 void SetArguments(grpc::ChannelArguments& arguments) {
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // an environment's proxy is not for this
   arguments.SetSslTargetNameOverride(kControlName);

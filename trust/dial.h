@@ -7,8 +7,8 @@
 // There is no way without: over TCP it is TLS, and the server's certificate must be of the authority that is given, or
 // that the address names by its fingerprint.
 //
-// Of several control planes, "10.0.0.1:7700,10.0.0.2:7700", the channel is to the one that leads, whichever that is at
-// the time of a call: gRPC watches the health of all of them, and gives calls to the one that serves. While nobody
+// Given several control planes, "10.0.0.1:7700,10.0.0.2:7700", the channel is to the one that leads, whichever that is
+// at the time of a call: gRPC watches the health of all of them, and gives calls to the one that serves. While nobody
 // leads calls fail with UNAVAILABLE, and streams end with their leader. (Where the list mixes IPv4 with IPv6 the
 // channel stays with the one that leads now.)
 //

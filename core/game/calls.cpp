@@ -123,7 +123,7 @@ absl::StatusOr<tessera_game_value> CallFunction(tessera_game_call& call, std::ui
   const std::size_t sent = call->transaction.sent();
   const auto returned = CallFunction(*call, function, arguments);
   if (effect) {
-    // What another region is to do is a message here, and an effect there.
+    // A task for another region is a message here, and an effect there.
     const bool elsewhere = returned.ok() && IsVerb(function) && call->transaction.sent() > sent;
     EffectCount& count = call->effects[static_cast<std::size_t>(elsewhere ? Effect::kMessage : *effect)];
     ++(returned.ok() ? count.done : count.refused);

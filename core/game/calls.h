@@ -46,7 +46,7 @@ struct tessera_game_call {
   std::vector<tessera_game_value> values;
   std::vector<tessera_game_field> fields;
   tessera::game::EffectCounts effects{};                 // `done`: if the call succeeds
-  std::vector<tessera::game::ControlNews> control_news;  // of a message that was carried out
+  std::vector<tessera::game::ControlNews> control_news;  // from a message that was carried out
 };
 
 namespace tessera::game {

@@ -76,7 +76,7 @@ struct GameStatistics {
   std::uint32_t callbacks_off = 0;               // failed too often in a row, and are not called any more
   std::uint64_t published = 0, unpublished = 0;  // events for the backend that came to the world's record; left out
   MessageStatistics messages;
-  EffectCounts effects{};  // what callbacks asked for, and what was carried out for other regions
+  EffectCounts effects{};  // those that callbacks asked for, and those that were carried out for other regions
 };
 
 struct CallbackCost {

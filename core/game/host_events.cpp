@@ -1,4 +1,4 @@
-// What happened to bodies and players, in its turn: see game_host.h.
+// Events of bodies and players, each in its turn: see game_host.h.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -33,7 +33,7 @@ void GameHost::SettleAllControl(GameWorld& world) {
   }
 }
 
-// What is told has happened, whether the callback fails or not.
+// An event that is told has happened, whether the callback fails or not.
 void GameHost::TellOfControl(std::span<const ControlNews> news, GameWorld& world) {
   for (const ControlNews& one : news) {
     const std::array<tessera_game_value, 3> arguments{

@@ -67,7 +67,7 @@ class OptionReader {
     Fault(name, absl::StrCat("must be ", least, " to ", most, ", got ", value->as.whole));
     return std::nullopt;
   }
-  // Of length 1.
+  // A vector of length 1.
   std::optional<Quatd> Rotation(std::string_view name) {
     const tessera_game_value* const value = Any(name);
     if (value == nullptr) return std::nullopt;

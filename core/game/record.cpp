@@ -18,7 +18,7 @@ constexpr std::uint32_t kPushes = 1, kWakes = 2, kJumped = 4, kForces = 8, kTele
                         kTuning = 128, kLaterGame = 256, kHasMail = 512, kRemoved = 1024, kHasPlayer = 2048,
                         kHasPublished = 4096, kHasJoints = 8192, kQuestions = 16384, kDriven = 32768, kBlasts = 65536,
                         kWaiting = 131072, kAllFlags = 262143;
-enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // of a teleport
+enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // parts of a teleport
 
 std::uint32_t FlagsOf(const GameRecord& record) {
   const bool pushes = record.push_ns != Vec3f() || record.push_nms != Vec3f();

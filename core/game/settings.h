@@ -18,10 +18,10 @@ struct GameSettings {
 inline constexpr std::size_t kMaxWaitingEvents = 65'536;  // in a region; later ones are dropped and counted
 // The oldest of them that the standby and checkpoints have. More, and a game that is always late fills the log.
 inline constexpr std::size_t kMaxKeptEvents = 1'024;
-// Of those that one body takes along to another region; the later ones are dropped and counted. More, and a grant
-// grows.
+// The most events that one body takes along to another region; the later ones are dropped and counted. More, and a
+// grant grows.
 inline constexpr std::size_t kMaxCarriedEvents = 256;
-inline constexpr std::size_t kMaxTimers = 16;  // of a body
+inline constexpr std::size_t kMaxTimers = 16;  // for each body
 inline constexpr std::int64_t kMaxTimerTicks = 1'000'000;
 inline constexpr std::size_t kMaxForces = 4;            // on a body, that act for a time
 inline constexpr std::int64_t kMaxForceTicks = 36'000;  // span of one of them: ten minutes at 60 Hz

@@ -69,7 +69,7 @@ class Loads {
     float load_outside = 0;            // largest SupportHint::island_load
   };
 
-  // Of a body, beside its weight, for the sums of its island.
+  // A body's load beside its weight, for the sums of its island.
   struct BodyShare {
     int substeps;
     float load_before, load_outside;

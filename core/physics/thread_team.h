@@ -84,7 +84,7 @@ class ThreadTeam {
   const Loop* loop_ = nullptr;                         // null: the threads end
   std::uint32_t round_ = 0;                            // grows by two for each loop
   std::atomic<bool> gathered_{false};                  // loops follow each other
-  std::vector<ShareOf> shares_;                        // of the other threads
+  std::vector<ShareOf> shares_;                        // those of the other threads
   alignas(64) std::atomic<std::uint32_t> at_work_{0};  // shares of others that have yet to be done in this round
   std::vector<std::thread> threads_;
 };

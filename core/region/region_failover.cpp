@@ -58,8 +58,8 @@ void MarkAllSpawned(const Resolution& resolution, std::span<const StandbyCopy* c
   }
 }
 
-// What waits for the game in a dead region, for bodies that come here from it. A body that was here already has brought
-// its own along; of one that is gone, they count if the dead region removed it.
+// Events that wait for the game in a dead region, for bodies that come here from it. A body that was here already has
+// brought its own along; of one that is gone, they count if the dead region removed it.
 void AdoptEvents(const RegionState& dead, const Copies& promoted, RegionParts& parts) {
   const auto comes = [&](BodyId id) { return promoted.contains(id); };
   const auto takes = [&](const BodyDef&, BodyId gone) {

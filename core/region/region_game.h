@@ -72,7 +72,7 @@ class RegionGame : private game::GameWorld {
   void Adopt(std::uint32_t number);
   // The region made a body without the game.
   void NoteMade(BodyId id);
-  // What the host of an earlier life of this region had that is in no record.
+  // The state of the host in an earlier life of this region that is in no record.
   void AdoptHost(const game::HostState& state);
   // The same of another region, or of several: the events that go with what `comes` here with that state. Of two bodies
   // of which one does not move and the other one is gone, they are this region's if `takes` says so of both.

@@ -124,7 +124,7 @@ class ShapeTable {
   bool MeshOn(PackReader& io, TriangleMeshShape& mesh, std::size_t bytes);
   bool HeightsOn(PackReader& io, HeightFieldShape& field, std::size_t bytes);
 
-  // Of a reader: how far it is. `stage` and `left` belong to a large shape under way.
+  // A reader's place. `stage` and `left` belong to a large shape under way.
   struct Progress {
     std::optional<std::size_t> shapes{};
     std::shared_ptr<Shape> shape{};
@@ -134,9 +134,9 @@ class ShapeTable {
 
   std::vector<ShapePtr> shapes_;
   Progress progress_;
-  std::vector<std::vector<std::uint8_t>> bytes_;             // of a writer
-  std::unordered_map<const Shape*, std::size_t> by_place_;   // of a writer
-  std::unordered_map<std::string, std::size_t> by_content_;  // of a writer
+  std::vector<std::vector<std::uint8_t>> bytes_;             // for a writer
+  std::unordered_map<const Shape*, std::size_t> by_place_;   // for a writer
+  std::unordered_map<std::string, std::size_t> by_content_;  // for a writer
 };
 
 }  // namespace tessera::packed

@@ -28,7 +28,7 @@ class Sha256 {
   Sha256();
   ~Sha256();
   void Add(std::span<const std::uint8_t> bytes);
-  // Of all that was added; then it begins anew.
+  // The hash of all that was added; then it begins anew.
   Digest Finish();
 
  private:

@@ -469,7 +469,7 @@ TESSERA_API tessera_code tessera_get_scene(const tessera_client* client, tessera
 TESSERA_API tessera_code tessera_scene_body(const tessera_client* client, size_t index, tessera_body_info* info);
 /* A body by its id, players' bodies too. TESSERA_NOT_FOUND if the scene has none of that id. */
 TESSERA_API tessera_code tessera_body_of(const tessera_client* client, uint64_t id, tessera_body_info* info);
-/* What a shape is: lengths in metres, in the body's own frame; vertices and indices are valid as long as the client.
+/* A shape: lengths in metres, in the body's own frame; vertices and indices are valid as long as the client.
  * TESSERA_INVALID_ARGUMENT: a NULL, or info.size. */
 TESSERA_API tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* info);
 /* Child of a compound by its place, 0 to child_count - 1, with its pose in the compound: three doubles (m), four
