@@ -209,6 +209,21 @@ void WorkerMetrics::ShowEffects(const game::EffectCounts& effects) {
   }
 }
 
+void WorkerMetrics::CountWait(std::span<const RegionId> neighbours, double seconds) {
+  for (const RegionId neighbour : neighbours) {
+    Counter(*registry_, "tessera_region_neighbour_wait_seconds_total",
+            "Waiting for the neighbour whose frame came last.", {{"neighbour", std::to_string(neighbour.value())}})
+        .Increment(seconds);
+  }
+}
+
+void WorkerMetrics::ShowRoundTrip(RegionId neighbour, double seconds) {
+  CountWait({&neighbour, 1}, 0);  // the series is there, though nobody has waited yet
+  Gauge(*registry_, "tessera_region_link_round_trip_seconds", "To the neighbour and back; 0 without a link.",
+        {{"neighbour", std::to_string(neighbour.value())}})
+      .Set(seconds);
+}
+
 void WorkerMetrics::ShowMessages(const game::MessageStatistics& messages, const region::RelayStatistics& relayed) {
   Follow(messages_sent, messages.sent);
   Follow(messages_applied, messages.applied);
