@@ -119,6 +119,7 @@ Stalls StallsOf(const std::vector<StepRecord>& steps, double until, double least
   std::map<std::string, std::uint64_t> counted;  // steps at the last reading, by worker
   std::map<std::uint32_t, Progress> last;        // at which a region was seen to have moved
   std::vector<const StepRecord*> in_order;
+  in_order.reserve(steps.size());
   for (const StepRecord& step : steps) in_order.push_back(&step);
   std::ranges::stable_sort(in_order, {}, &StepRecord::at);
   Stalls stalls;
