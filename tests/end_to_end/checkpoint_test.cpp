@@ -19,6 +19,9 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
+// Several workers die at once if none of them can do anything between the first and the last death.
+constexpr int kAtOnce[] = {SIGSTOP, SIGKILL};
+
 class CheckpointTest : public WorldTest {
  protected:
   std::uint64_t Checkpoint() {
@@ -110,7 +113,9 @@ TEST_F(CheckpointTest, AWorldWhoseWorkersAllDieComesBackFromItsCheckpointAndSays
   ASSERT_TRUE(PlayUntil("a second later", [&] { return ReportOf(1).tick() > tick + 60; }));
   const std::uint64_t reached = ReportOf(1).tick();
   const auto pids = Pids();
-  for (const auto& [region, pid] : pids) kill(static_cast<pid_t>(pid), SIGKILL);
+  for (const int signal : kAtOnce) {
+    for (const auto& [region, pid] : pids) kill(static_cast<pid_t>(pid), signal);
+  }
   ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
   const v1::Instance instance = run_->Latest();
   // The world makes checkpoints of its own besides.
@@ -133,7 +138,9 @@ TEST_F(CheckpointTest, ARegionThatIsKilledTogetherWithItsStandbyComesBackFromThe
   const auto pids = Pids();
   const v1::Instance before = run_->Latest();
   const auto region = std::ranges::find(before.map().regions(), 1u, &v1::MapRegion::id);
-  for (const std::uint32_t victim : {1u, region->standby()}) kill(static_cast<pid_t>(pids.at(victim)), SIGKILL);
+  for (const int signal : kAtOnce) {
+    for (const std::uint32_t victim : {1u, region->standby()}) kill(static_cast<pid_t>(pids.at(victim)), signal);
+  }
   ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
   const v1::Instance instance = run_->Latest();
   EXPECT_GE(instance.lost_ticks(), 60u);
