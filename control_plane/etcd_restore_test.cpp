@@ -27,6 +27,7 @@ class EtcdRestoreTest : public ::testing::Test {
     EXPECT_TRUE(file.ok()) << file.status();
     const auto entries = *rig_.store.List("");
     std::vector<StoreOp> puts;
+    puts.reserve(entries.size());
     for (const StoreEntry& entry : entries) puts.push_back(PutOp(entry.key, entry.value, kAbsent));
     EXPECT_TRUE((*file)->Txn(puts).ok());
     EXPECT_TRUE(WriteBackup(**file, [this](std::string_view bytes) {
