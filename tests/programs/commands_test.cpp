@@ -31,6 +31,7 @@ constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
 constexpr const char* kNativeGame = "needs a game of the reader's own; end_to_end_native_test has one";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
+constexpr const char* kPeers = "builds another engine, whose sources are not here";
 
 constexpr auto kNotRun = std::to_array<NotRun>({
     {"./dev test", kWholeBuild},
@@ -42,6 +43,11 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"./dev bench", kTakesLong},
     {"./dev sim", kTakesLong},
     {".ci/run", kTakesLong},
+    {"P=$HOME/peers", "goes with the next ones"},
+    {"cmake -S box3d", kPeers},
+    {"cmake -S JoltPhysics/Build", kPeers},
+    {"cmake --preset release", kWholeBuild},
+    {"python3 make_binding.py", "works in an installed package; sdk_python_test runs it"},
     {"cmake --install", "installs into the system; sdk_package_test installs elsewhere"},
     {"apt-get install",
      "needs root and the network; ./dev package --try installs the same packages in an empty system"},
