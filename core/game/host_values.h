@@ -23,6 +23,15 @@ inline tessera_game_value SenderValue(BodyId speaker) {
   return speaker == BodyId() ? tessera_game_value{} : BodyResult(speaker);
 }
 
+// Fields as one value, which lives as long as they do.
+inline tessera_game_value FieldsValue(std::span<const tessera_game_field> fields) {
+  tessera_game_value value{};
+  value.type = TESSERA_GAME_FIELDS;
+  value.count = static_cast<std::uint32_t>(fields.size());
+  value.as.fields = fields.data();
+  return value;
+}
+
 // Named values as a record keeps them, for an argument.
 class KeptFields {
  public:
@@ -31,13 +40,7 @@ class KeptFields {
     fields_.reserve(kept_->size());
     for (const auto& [name, value] : *kept_) fields_.push_back({name.data(), name.size(), ToInterface(value)});
   }
-  tessera_game_value value() const {
-    tessera_game_value value{};
-    value.type = TESSERA_GAME_FIELDS;
-    value.count = static_cast<std::uint32_t>(fields_.size());
-    value.as.fields = fields_.data();
-    return value;
-  }
+  tessera_game_value value() const { return FieldsValue(fields_); }
 
  private:
   const absl::StatusOr<GameFields> kept_;

@@ -10,6 +10,7 @@
 #include "core/game/game_host.h"
 #include "core/game/settings.h"
 #include "core/game/testing/fake_game_world.h"
+#include "core/game/testing/named_fields.h"
 #include "core/game/testing/scripted_game.h"
 
 namespace tessera::game::motion_calls {
@@ -44,24 +45,6 @@ tessera_game_value Vector(double x, double y, double z) { return ToInterface(Gam
 tessera_game_value Whole(std::int64_t whole) { return ToInterface(GameValue(whole)); }
 tessera_game_value Body(std::uint64_t id) { return ToInterface(GameValue(BodyId(id))); }
 tessera_game_value Nothing() { return {}; }
-
-// Named values that live as long as this does.
-class Table {
- public:
-  Table(std::initializer_list<std::pair<const char*, tessera_game_value>> values) {
-    for (const auto& [name, value] : values) fields_.push_back({name, std::strlen(name), value});
-  }
-  tessera_game_value value() const {
-    tessera_game_value value{};
-    value.type = TESSERA_GAME_FIELDS;
-    value.count = static_cast<std::uint32_t>(fields_.size());
-    value.as.fields = fields_.data();
-    return value;
-  }
-
- private:
-  std::vector<tessera_game_field> fields_;
-};
 
 class MotionCallsTest : public ::testing::Test {
  protected:
@@ -175,7 +158,7 @@ TEST_F(MotionCallsTest, WakesForOneTick) {
 TEST_F(MotionCallsTest, ATeleportWaitsInTheRecord) {
   ASSERT_TRUE(Call(kBodyTeleport, {Body(1), Vector(1, 2, 3)}));
   EXPECT_EQ(world.record(1).teleport, (GameTeleport{{1, 2, 3}, {}, {}, {}}));
-  const Table options{{"velocity", Vector(4, 0, 0)}, {"spin", Vector(0, 1, 0)}};
+  const NamedFields options{{"velocity", Vector(4, 0, 0)}, {"spin", Vector(0, 1, 0)}};
   ASSERT_TRUE(Call(kBodyTeleport, {Body(1), Vector(1, 2, 3), Rotation(0, 1, 0, 0), options.value()}));
   EXPECT_EQ(world.record(1).teleport, (GameTeleport{{1, 2, 3}, Quatd(0, 1, 0, 0), Vec3f(4, 0, 0), Vec3f(0, 1, 0)}));
 }
@@ -197,9 +180,9 @@ TEST_F(MotionCallsTest, BadTeleportsAreRefused) {
             "teleport: `rotation` is not of length 1");
   EXPECT_EQ(ErrorOf(kBodyTeleport, {Body(1), Vector(0, 0, 0), Rotation(0, 0, kNotANumber, 1)}),
             "teleport: `rotation` is not finite");
-  const Table fast{{"velocity", Vector(2e3, 0, 0)}}, nan{{"spin", Vector(kNotANumber, 0, 0)}},
+  const NamedFields fast{{"velocity", Vector(2e3, 0, 0)}}, nan{{"spin", Vector(kNotANumber, 0, 0)}},
       unknown{{"speed", Real(1)}}, text{{"velocity", Text("fast")}};
-  const auto with = [&](const Table& options) {
+  const auto with = [&](const NamedFields& options) {
     return ErrorOf(kBodyTeleport, {Body(1), Vector(0, 0, 0), Nothing(), options.value()});
   };
   EXPECT_EQ(with(fast), "teleport: `options.velocity` is above 1000 m/s");
@@ -214,7 +197,7 @@ TEST_F(MotionCallsTest, BadTeleportsAreRefused) {
 
 TEST_F(MotionCallsTest, GravityAndMaterialStayWithTheBody) {
   ASSERT_TRUE(Call(kBodySetGravity, {Body(1), Real(0)}));
-  const Table slippery{{"friction", Real(0)}}, bouncy{{"restitution", Whole(1)}};
+  const NamedFields slippery{{"friction", Real(0)}}, bouncy{{"restitution", Whole(1)}};
   ASSERT_TRUE(Call(kBodySetMaterial, {Body(1), slippery.value()}));
   ASSERT_TRUE(Call(kBodySetMaterial, {Body(1), bouncy.value()}));
   EXPECT_EQ(world.record(1).tuning, (BodyTuning{.gravity_scale = 0.0f, .friction = 0.0f, .restitution = 1.0f}));
@@ -228,7 +211,7 @@ TEST_F(MotionCallsTest, GravityAndMaterialStayWithTheBody) {
 TEST_F(MotionCallsTest, BadGravityAndMaterialsAreRefused) {
   EXPECT_EQ(ErrorOf(kBodySetGravity, {Body(1), Real(10.5)}), "set_gravity: `factor` must be -10 to 10, got 10.5");
   EXPECT_EQ(ErrorOf(kBodySetGravity, {Body(1), Real(kNotANumber)}), "set_gravity: `factor` is not finite");
-  const auto with = [&](const Table& material) { return ErrorOf(kBodySetMaterial, {Body(1), material.value()}); };
+  const auto with = [&](const NamedFields& material) { return ErrorOf(kBodySetMaterial, {Body(1), material.value()}); };
   EXPECT_EQ(with({{"friction", Real(11)}}), "set_material: `material.friction` must be 0 to 10, got 11");
   EXPECT_EQ(with({{"restitution", Real(-0.5)}}), "set_material: `material.restitution` must be 0 to 1, got -0.5");
   EXPECT_EQ(with({{"restitution", Real(kNotANumber)}}), "set_material: `material.restitution` must be 0 to 1, got nan");

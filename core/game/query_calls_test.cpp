@@ -10,6 +10,7 @@
 
 #include "core/game/game_host.h"
 #include "core/game/testing/fake_game_world.h"
+#include "core/game/testing/named_fields.h"
 #include "core/game/testing/scripted_game.h"
 
 namespace tessera::game::query_calls {
@@ -55,24 +56,6 @@ tessera_game_value W(std::int64_t whole) { return ToInterface(GameValue(whole));
 tessera_game_value F(bool flag) { return ToInterface(GameValue(flag)); }
 tessera_game_value B(std::uint64_t id) { return ToInterface(GameValue(BodyId(id))); }
 
-// Named values that live as long as this does.
-class Named {
- public:
-  Named(std::initializer_list<std::pair<const char*, tessera_game_value>> values) {
-    for (const auto& [name, value] : values) fields_.push_back({name, std::strlen(name), value});
-  }
-  tessera_game_value value() const {
-    tessera_game_value value{};
-    value.type = TESSERA_GAME_FIELDS;
-    value.count = static_cast<std::uint32_t>(fields_.size());
-    value.as.fields = fields_.data();
-    return value;
-  }
-
- private:
-  std::vector<tessera_game_field> fields_;
-};
-
 class QueryCallsTest : public ::testing::Test {
  protected:
   // Runs `ask` as a callback of body 1. Returns whether the callback was committed.
@@ -105,7 +88,7 @@ class QueryCallsTest : public ::testing::Test {
 TEST_F(QueryCallsTest, BodiesAreChosenByKindAndProperty) {
   for (const std::uint64_t id : {1, 2, 3}) world.Add(id, id == 3 ? 2 : 1);
   for (const std::uint64_t id : {1, 2, 3, 99}) world.answer.hits.push_back({BodyId(id), 0, {}, {}});
-  const auto met = [&](const Named& options) {
+  const auto met = [&](const NamedFields& options) {
     std::vector<std::uint64_t> ids;
     EXPECT_TRUE(InACallback([&](GameCalls& calls) {
       // Properties that the callback itself has set count.
@@ -126,7 +109,7 @@ TEST_F(QueryCallsTest, BodiesAreChosenByKindAndProperty) {
 }
 
 TEST_F(QueryCallsTest, AChoiceThatCannotBeMadeIsNamed) {
-  const auto error = [&](const Named& options) {
+  const auto error = [&](const NamedFields& options) {
     return ErrorOf(kWorldRay, {V(0, 0, 0), V(0, 0, 8), options.value()});
   };
   EXPECT_THAT(error({{"kinds", W(3)}}), HasSubstr("`options.kinds` must be a kind or a list of kinds"));
@@ -182,13 +165,13 @@ TEST_F(QueryCallsTest, WithoutAHitThereIsNothingAndAnEmptyList) {
 
 TEST_F(QueryCallsTest, OptionsBecomeTheFilter) {
   const std::vector<tessera_game_value> layers{TextOf("debris"), TextOf("default")}, bodies{B(5), B(6)};
-  const Named options{{"dynamic", F(false)},
-                      {"ignore", ListOfValues(bodies)},
-                      {"layers", ListOfValues(layers)},
-                      {"limit", W(3)},
-                      {"self", F(true)},
-                      {"static", F(false)},
-                      {"triggers", F(true)}};
+  const NamedFields options{{"dynamic", F(false)},
+                            {"ignore", ListOfValues(bodies)},
+                            {"layers", ListOfValues(layers)},
+                            {"limit", W(3)},
+                            {"self", F(true)},
+                            {"static", F(false)},
+                            {"triggers", F(true)}};
   world.SetLayers({"default", "players", "debris"});
   ASSERT_TRUE(InACallback([&](GameCalls& calls) {
     return calls.CallRaw(kWorldRayAll, std::vector{V(0, 0, 0), V(0, 0, 8), options.value()});
@@ -205,8 +188,8 @@ TEST_F(QueryCallsTest, OptionsBecomeTheFilter) {
 
 TEST_F(QueryCallsTest, ShapesAreToldApartByTheirFields) {
   world.answer.hits = {{BodyId(3), 0, {}, {}}, {BodyId(9), 0, {}, {}}};
-  const Named ball{{"radius", W(2)}}, capsule{{"half_height", RealOf(0.5)}, {"radius", RealOf(0.25)}};
-  const Named box{{"half_extents", V(1, 2, 3)}, {"rotation", RotationOf(0, 0, 0.6, 0.8)}};
+  const NamedFields ball{{"radius", W(2)}}, capsule{{"half_height", RealOf(0.5)}, {"radius", RealOf(0.25)}};
+  const NamedFields box{{"half_extents", V(1, 2, 3)}, {"rotation", RotationOf(0, 0, 0.6, 0.8)}};
   ASSERT_TRUE(InACallback([&](GameCalls& calls) {
     if (!calls.CallRaw(kWorldOverlap, std::vector{ball.value(), V(1, 0, 0)})) return false;
     EXPECT_EQ(calls.result().count, 2u);
@@ -232,14 +215,14 @@ TEST_F(QueryCallsTest, AWayMustHaveALengthAndAnEnd) {
   EXPECT_EQ(ErrorOf(kWorldRay, {V(0, 1e300, 0), V(0, 0, 1)}), "ray: `from` is beyond 1e+08 m");
   EXPECT_EQ(ErrorOf(kWorldRay, {V(0, 0, 0), V(0, 0, 1e300)}), "ray: `to` is beyond 1e+08 m");
   EXPECT_EQ(ErrorOf(kWorldRay, {V(0, 0, 0)}), "ray: `to` is missing");
-  const Named ball{{"radius", W(2)}};
+  const NamedFields ball{{"radius", W(2)}};
   EXPECT_EQ(ErrorOf(kWorldSweep, {ball.value(), V(0, 0, 0), V(0, 0, 0)}), "sweep: `to` is the same point as `from`");
   EXPECT_EQ(ErrorOf(kWorldOverlap, {ball.value(), V(0, 0, -1e300)}), "overlap: `at` is beyond 1e+08 m");
 }
 
 TEST_F(QueryCallsTest, OptionsThatAreWrongAreNamed) {
   const auto error = [&](std::uint32_t function, const char* name, tessera_game_value value) {
-    const Named options{{name, value}};
+    const NamedFields options{{name, value}};
     return ErrorOf(function, {V(0, 0, 0), V(0, 0, 1), options.value()});
   };
   EXPECT_EQ(error(kWorldRay, "layer", TextOf("default")),
@@ -259,7 +242,7 @@ TEST_F(QueryCallsTest, OptionsThatAreWrongAreNamed) {
 }
 
 TEST_F(QueryCallsTest, ShapesThatAreWrongAreNamed) {
-  const auto error = [&](const Named& shape) { return ErrorOf(kWorldOverlap, {shape.value(), V(0, 0, 0)}); };
+  const auto error = [&](const NamedFields& shape) { return ErrorOf(kWorldOverlap, {shape.value(), V(0, 0, 0)}); };
   EXPECT_THAT(error({}), HasSubstr("overlap: `shape` must have radius (a ball), "));
   EXPECT_THAT(error({{"half_height", W(1)}}), HasSubstr("overlap: `shape` must have radius"));
   EXPECT_THAT(error({{"half_extents", V(1, 1, 1)}, {"radius", W(1)}}), HasSubstr("overlap: `shape` must have radius"));
@@ -289,7 +272,7 @@ TEST_F(QueryCallsTest, ACallbackThatCannotPayFailsEvenIfItGoesOn) {
 TEST_F(QueryCallsTest, AQueryLooksBackAsFarAsItMay) {
   const double rate = world.scene().tick_rate_hz, nan = std::numeric_limits<double>::quiet_NaN();
   const auto error = [&](tessera_game_value value) {
-    const Named options{{"at_time", value}};
+    const NamedFields options{{"at_time", value}};
     return ErrorOf(kWorldRay, {V(0, 0, 0), V(0, 0, 1), options.value()});
   };
   EXPECT_THAT(error(RealOf(1e6)), HasSubstr("ray: `options.at_time` must be from "));
@@ -297,7 +280,7 @@ TEST_F(QueryCallsTest, AQueryLooksBackAsFarAsItMay) {
   EXPECT_THAT(error(RealOf(nan)), HasSubstr("ray: `options.at_time` must be from "));
   EXPECT_EQ(error(TextOf("now")), "ray: `options.at_time` must be a number, a tick and a part of one");
   ASSERT_THAT(world.asked, SizeIs(0));
-  const Named options{{"at_time", RealOf(0.25)}};
+  const NamedFields options{{"at_time", RealOf(0.25)}};
   EXPECT_TRUE(InACallback([&](GameCalls& calls) {
     return calls.CallRaw(kWorldRay, std::vector{V(0, 0, 0), V(0, 0, 1), options.value()});
   }));

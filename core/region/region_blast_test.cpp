@@ -12,8 +12,8 @@
 #include "core/region/log.h"
 #include "core/region/region.h"
 #include "core/region/region_state.h"
-#include "core/region/resolve.h"
 #include "core/region/standby_copy.h"
+#include "core/region/testing/carry_on.h"
 #include "core/region/testing/small_world.h"
 #include "core/world/partition_change.h"
 #include "game_sdk/api/api.h"
@@ -271,14 +271,8 @@ TEST_F(RegionBlastTest, PromotedBodiesAreSettledForTheRest) {
         ASSERT_TRUE(copy.Receive(logs[kTwo]).ok());
       }
     }
-    const auto map = FailoverMap(at(1).map(), std::vector{kTwo}, MapVersion(2));
-    ASSERT_TRUE(map.ok()) << map.status();
-    const StandbyCopy* const primaries[] = {&copy};
-    const auto inventory = at(1).BeginFailover(*map, primaries);
-    ASSERT_TRUE(inventory.ok()) << inventory.status();
-    const auto resolution = Resolve(*map, std::vector{kTwo}, std::vector{*inventory}, {});
+    const auto resolution = CarryOn(at(1), kTwo, copy);
     ASSERT_TRUE(resolution.ok()) << resolution.status();
-    ASSERT_TRUE(at(1).Resume(*resolution, primaries).ok());
     regions_.erase(kTwo);
     StepTo(30);
     ASSERT_THAT(at(1).owned(), SizeIs(13));

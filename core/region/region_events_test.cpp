@@ -11,8 +11,8 @@
 #include "core/region/log.h"
 #include "core/region/region.h"
 #include "core/region/region_state.h"
-#include "core/region/resolve.h"
 #include "core/region/standby_copy.h"
+#include "core/region/testing/carry_on.h"
 #include "core/region/testing/small_world.h"
 #include "core/world/partition_change.h"
 #include "game_sdk/api/api.h"
@@ -170,14 +170,8 @@ TEST_F(WaitingEventsTest, AreToldOnceWhenTheGranterDies) {
           ASSERT_TRUE(copy.Receive(logs[kOne]).ok());
         }
       }
-      const auto map = FailoverMap(at(2).map(), std::vector{kOne}, MapVersion(2));
-      ASSERT_TRUE(map.ok()) << map.status();
-      const StandbyCopy* const primaries[] = {&copy};
-      const auto inventory = at(2).BeginFailover(*map, primaries);
-      ASSERT_TRUE(inventory.ok()) << inventory.status();
-      const auto resolution = Resolve(*map, std::vector{kOne}, std::vector{*inventory}, {});
+      const auto resolution = CarryOn(at(2), kOne, copy);
       ASSERT_TRUE(resolution.ok()) << resolution.status();
-      ASSERT_TRUE(at(2).Resume(*resolution, primaries).ok());
       regions_.erase(kOne);
       StepTo(kEnd + 5);
       ASSERT_EQ(at(2).owned().size(), kBalls);

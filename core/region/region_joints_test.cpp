@@ -10,8 +10,8 @@
 #include "core/region/log.h"
 #include "core/region/region.h"
 #include "core/region/region_state.h"
-#include "core/region/resolve.h"
 #include "core/region/standby_copy.h"
+#include "core/region/testing/carry_on.h"
 #include "core/region/testing/small_world.h"
 #include "core/world/partition_change.h"
 #include "game_sdk/api/api.h"
@@ -306,15 +306,9 @@ TEST_F(RegionJointsTest, ADeathPartsNobody) {
     }
   }
   ASSERT_TRUE(two->Owns(kLower));
-  const auto map = FailoverMap(one->map(), std::vector{kTwo}, MapVersion(2));
-  ASSERT_TRUE(map.ok()) << map.status();
-  const StandbyCopy* const primaries[] = {&copy};
-  const auto inventory = one->BeginFailover(*map, primaries);
-  ASSERT_TRUE(inventory.ok()) << inventory.status();
-  const auto resolution = Resolve(*map, std::vector{kTwo}, std::vector{*inventory}, std::vector{kLower, kHigher});
+  const auto resolution = CarryOn(*one, kTwo, copy, {kLower, kHigher});
   ASSERT_TRUE(resolution.ok()) << resolution.status();
   EXPECT_THAT(resolution->lost, IsEmpty());
-  ASSERT_TRUE(one->Resume(*resolution, primaries).ok());
   ASSERT_TRUE(one->Owns(kLower) && one->Owns(kHigher));
   ASSERT_TRUE(one->CanStep());
   for (int i = 0; i < 10; ++i) one->Step();
