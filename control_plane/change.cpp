@@ -156,7 +156,9 @@ class Planner {
     if (!changed.ok() || !*changed) {
       const auto scaled = Scale();
       if (!scaled.ok()) return scaled.status();
-      const auto spread = *scaled ? absl::StatusOr<bool>(true) : SpreadOne();
+      const auto left = *scaled ? absl::StatusOr<bool>(true) : LeaveSlowHost();
+      if (!left.ok()) return left.status();
+      const auto spread = *left ? absl::StatusOr<bool>(true) : SpreadOne();
       if (!spread.ok()) return spread.status();
       if (!*spread && record_.balance() && Imbalance(loads_) > kBalanceAbove) {
         tree_.Balance(loads_, spreads_, kBalanceStep);
@@ -182,7 +184,8 @@ class Planner {
     return id;
   }
 
-  // Adds a region on the host `wished` if it has room, else where fewest of this instance are, then where most is free.
+  // Adds a region on the host `wished` if it has room, else where fewest of this instance are, then where most is free;
+  // on a slow host only if no other has room.
   absl::StatusOr<RegionId> AddRegion(const std::string& wished) {
     std::map<std::string, int> here;
     for (const records::Placement& placement : next_.placements()) ++here[placement.host_id()];
@@ -190,7 +193,7 @@ class Planner {
     for (FreeHost& host : hosts_) {
       if (host.free == 0) continue;
       const auto rank = [&](const FreeHost& h) {
-        return std::tuple(h.id != wished, here[h.id], -static_cast<std::int64_t>(h.free));
+        return std::tuple(h.slow, h.id != wished, here[h.id], -static_cast<std::int64_t>(h.free));
       };
       if (best == nullptr || rank(host) < rank(*best)) best = &host;
     }
@@ -227,6 +230,19 @@ class Planner {
     return false;
   }
 
+  // Moves the region that keeps the world slow by its host, if another has room.
+  absl::StatusOr<bool> LeaveSlowHost() {
+    const auto slow =
+        std::find_if(facts_.begin(), facts_.end(), [](const RegionFacts& region) { return region.host_slow; });
+    const bool room =
+        std::any_of(hosts_.begin(), hosts_.end(), [](const FreeHost& host) { return host.free > 0 && !host.slow; });
+    if (slow == facts_.end() || !room) return false;
+    const auto newcomer = AddRegion("");
+    if (!newcomer.ok()) return newcomer.status();
+    tree_.Replace(RegionId(slow->region), *newcomer);
+    return true;
+  }
+
   // Hosts die and come back; the regions that took the place of theirs stayed with the others. Moves one region from
   // the fullest host of this instance to its emptiest, or to one that it has nothing on while it is all on one:
   // standbys are to live elsewhere. One at a time, and only if that makes it more even.
@@ -236,7 +252,7 @@ class Planner {
     const bool on_one = here.size() == 1;
     const FreeHost* to = nullptr;
     for (const FreeHost& host : hosts_) {
-      if (host.free == 0 || (!on_one && !here.contains(host.id))) continue;
+      if (host.free == 0 || host.slow || (!on_one && !here.contains(host.id))) continue;
       if (to == nullptr || here[host.id] < here[to->id]) to = &host;
     }
     if (to == nullptr) return false;

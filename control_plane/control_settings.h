@@ -76,6 +76,12 @@ inline constexpr std::size_t kPieceBytes = 1 << 20, kMaxStateBytes = std::size_t
 // heavier side's extent. Lower or larger: bodies change hands for noise.
 inline constexpr double kBalanceAbove = 1.2, kBalanceStep = 0.5;
 
+// A body of a slow host costs this much more than one elsewhere, the steps of its region are longer than a tick, and
+// both last so long, until the region is moved; the next one not sooner than the interval. A cost nearer to 1, or a
+// shorter time, and worlds move for what passes; a longer one, and players feel a slow machine for longer.
+inline constexpr double kSlowHostCost = 1.5;
+inline constexpr std::chrono::milliseconds kSlowHostAfter{15'000}, kSlowHostInterval{600'000};
+
 // Most instances that have ended and are kept; the oldest go first.
 inline constexpr std::size_t kMaxEndedInstances = 1000;
 

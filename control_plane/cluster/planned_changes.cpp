@@ -8,6 +8,7 @@
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/liveness.h"
+#include "control_plane/cluster/loaded_bodies.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/one_line.h"
 #include "control_plane/standbys.h"
@@ -23,10 +24,6 @@ constexpr double kReportTicks = 64;  // a reported median is over so many; StepT
 constexpr std::chrono::nanoseconds kLongestWait = std::chrono::seconds(5);  // in a world that hardly moves
 
 constexpr int kMaxSpread = 256;  // values an axis; a worker of ours reports fewer
-
-// Cost of a region that owns nothing that moves, in bodies: without it the price of a body in a near-empty region is
-// far too high.
-constexpr double kEmptyBodies = 50;
 
 bool Ascends(const google::protobuf::RepeatedField<float>& values) {
   return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }) &&
@@ -53,9 +50,9 @@ std::chrono::nanoseconds UntilNextChange(const InstanceEntry& instance) {
   return wait;
 }
 
-double LoadedBodies(const v1::WorkerReport& report) {
-  const std::uint64_t asleep = std::min(report.asleep(), report.owned());
-  return static_cast<double>(report.owned() - asleep) + kEmptyBodies;
+bool OwnsCells(const v1::PartitionMap& map, std::uint32_t region) {
+  return std::any_of(map.cells().begin(), map.cells().end(),
+                     [region](const v1::Cell& cell) { return cell.owner() == region; });
 }
 
 // The index of the region's worker; `workers.size()` if there is none.
@@ -165,12 +162,13 @@ absl::StatusOr<std::optional<records::Instance>> PlannedChanges::SetGame(const I
 
 std::optional<records::Instance> PlannedChanges::Next(InstanceEntry& instance, Now now) {
   NoteCuts(instance, now);
+  const std::optional<SlowRegion> slow = slow_hosts_.Look(instance, now);
   if (auto next = NextTerms(instance, now)) return next;
   // Until it goes on nothing can come into force.
   if (IsPaused(instance.record)) return std::nullopt;
   std::vector<RegionFacts> facts = Facts(instance, now);
   auto next = StepPlan(instance.record, facts);
-  if (!next) return Plan(instance, std::move(facts), now);
+  if (!next) return Plan(instance, std::move(facts), slow, now);
   const bool in_force = instance.record.has_planned() && !next->has_planned();
   const std::string terms =
       in_force ? DescribeTerms(instance.record, *next, instance.record.planned().effective_tick()) : "";
@@ -210,16 +208,20 @@ std::optional<records::Instance> PlannedChanges::NextTerms(const InstanceEntry& 
 }
 
 std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, std::vector<RegionFacts> facts,
-                                                      Now now) {
+                                                      const std::optional<SlowRegion>& slow, Now now) {
   Change& change = changes_[instance.number];
   const bool all_run = AllRunByMap(instance);
   if (!AtRest(instance.record) || !all_run || now.steady < change.not_before) return std::nullopt;
   for (std::size_t i = 0; i < facts.size(); ++i) {
     const WorkerEntry& worker = instance.workers[i];
     facts[i].step_s = SmoothedStep(worker, change.workers[worker.incarnation]);
+    facts[i].host_slow = slow && slow->region == worker.region;
   }
-  auto planned = PlanChange(instance.record, facts,
-                            HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now));
+  std::vector<FreeHost> hosts = HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now);
+  for (FreeHost& host : hosts) {
+    host.slow = slow_hosts_.Avoids(instance.number, host.id, now) || (slow && slow->host_id == host.id);
+  }
+  auto planned = PlanChange(instance.record, facts, hosts);
   if (!planned.ok()) {
     change.not_before = now.steady + kChangeRetry;
     LogTrouble(state_, instance, "change cannot be made for now",
@@ -227,6 +229,14 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
     return std::nullopt;
   }
   if (!*planned) change.not_before = now.steady + kBalanceInterval;
+  const bool newcomer = *planned && (*planned)->last_incarnation() > instance.record.last_incarnation();
+  if (newcomer && slow && !OwnsCells((*planned)->planned().map(), slow->region)) {
+    slow_hosts_.NoteMoved(instance.number, *slow, now);
+    const HostEntry* host = state_.FindHost(slow->host_id);
+    const std::string what = Describe(*slow, host == nullptr ? slow->host_id : host->record.name());
+    AddEvent(**planned, now, "moving what a slow host holds up: " + what);
+    state_.Log(absl::StrCat("slow host id=", instance.record.id(), " ", what), Severity::kWarning);
+  }
   return *std::move(planned);
 }
 

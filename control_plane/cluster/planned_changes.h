@@ -1,4 +1,5 @@
-// PlannedChanges: growing, shrinking, draining, restarting and balancing a world that runs. It gathers what is known of
+// PlannedChanges: growing, shrinking, draining, restarting and balancing a world that runs, and moving it from slow
+// hosts. It gathers what is known of
 // the regions; the planned maps and their steps are change.h's.
 //
 // Nothing is changed during a failover. `Next` returns one step at a time, from the stored record and what is known;
@@ -16,6 +17,7 @@
 #include "absl/status/statusor.h"
 #include "control_plane/change.h"
 #include "control_plane/cluster/cluster_state.h"
+#include "control_plane/cluster/slow_hosts.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/now.h"
 #include "control_plane/standbys.h"
@@ -26,7 +28,10 @@ namespace tessera::control {
 class PlannedChanges {
  public:
   PlannedChanges(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
-  void Forget(std::uint64_t number) { changes_.erase(number); }
+  void Forget(std::uint64_t number) {
+    changes_.erase(number);
+    slow_hosts_.Forget(number);
+  }
 
   // The record with what is asked for, of a RUNNING instance; nothing if it is so already. The work follows by `Next`.
   // RESOURCE_EXHAUSTED when it needs a place and there is none.
@@ -69,7 +74,8 @@ class PlannedChanges {
 
   std::optional<records::Instance> NextTerms(const InstanceEntry& instance, Now now);
   std::vector<RegionFacts> Facts(const InstanceEntry& instance, Now now) const;
-  std::optional<records::Instance> Plan(InstanceEntry& instance, std::vector<RegionFacts> facts, Now now);
+  std::optional<records::Instance> Plan(InstanceEntry& instance, std::vector<RegionFacts> facts,
+                                        const std::optional<SlowRegion>& slow, Now now);
   void NoteCuts(const InstanceEntry& instance, Now now);
   void NoteUnprotected(const InstanceEntry& instance, Change& change, Now now);
   static double SmoothedStep(const WorkerEntry& worker, WorkerLoad& load);
@@ -77,6 +83,7 @@ class PlannedChanges {
   ClusterState& state_;
   ControlSettings settings_;
   std::map<std::uint64_t, Change> changes_;  // by instance number
+  SlowHosts slow_hosts_;
 };
 
 }  // namespace tessera::control
