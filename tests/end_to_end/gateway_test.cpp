@@ -13,6 +13,7 @@
 #include "host/files.h"
 #include "telemetry/http_get.h"
 #include "tests/end_to_end/gateway_fixture.h"
+#include "tests/support/asan_options.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -231,6 +232,7 @@ TEST_F(GatewayTest, ALocalOrderNeedsTheKeyInThePagesAddress) {
 
 TEST_F(GatewayTest, WhoDoesNotReadCostsNoMemoryAndGetsTheNewestLater) {
   ASSERT_NO_FATAL_FAILURE(StartWorld(1));
+  support::AddAsanOption("quarantine_size_mb=1");  // it would keep what was given back
   FurtherGateway gateway(run_->cluster().control_address(), {});
   ViewerSocket reader(gateway.address, run_->instance_id());
   ASSERT_TRUE(Until({&reader}, "all bodies", [&] { return SeesAll(reader); }));
