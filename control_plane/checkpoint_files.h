@@ -1,42 +1,38 @@
-// CheckpointFiles: checkpoints on the control plane's disk.
+// CheckpointFiles: checkpoints of worlds, in a folder or a bucket (checkpoint_target.h).
 //
-// Each checkpoint is a folder, <folder>/<instance>/<tick>/: "scene", "game" where it runs one, "region-<n>" for each
-// region, and "manifest", which has their sizes and SHA-256 and its own. It is made under another name and renamed when
-// all is on the disk, so one that is there is whole, or was damaged since, which its sums show. `Open` removes those
-// that were left half made.
+// Each checkpoint has the files "scene", "game" where it runs one, "region-<n>" for each region, and "manifest", which
+// has their sizes and SHA-256 and its own. It is published when all are kept, so one that is there is whole, or was
+// damaged since, which its sums show.
 //
 //   files.Put("inst-7", 1200, "region-1", bytes);       // as they come
 //   files.Complete("inst-7", manifest);
 //   files.Check("inst-7", 1200);                         // DATA_LOSS names the file
 //
-// The store may lie on the same disk, and without a write to it nothing that dies is replaced: so a reserve is left to
-// it. Checkpoints stop first, with RESOURCE_EXHAUSTED.
-//
-// Thread rule: any thread; two callers of one checkpoint must not complete or remove it at once.
+// Errors are those of the target, with the checkpoint and the file in front. Thread rule: as CheckpointTarget.
 #pragma once
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "control_plane/checkpoint_target.h"
 #include "control_plane/control_records.pb.h"
 
 namespace tessera::control {
 
 class CheckpointFiles {
  public:
-  // UNAVAILABLE if the folder cannot be made. `reserve`: bytes of its disk that checkpoints leave to others.
+  explicit CheckpointFiles(std::unique_ptr<CheckpointTarget> target) : target_(std::move(target)) {}
+  // In a folder: see FolderTarget::Open.
   static absl::StatusOr<std::unique_ptr<CheckpointFiles>> Open(std::string folder, std::uint64_t reserve = 0);
 
-  // Bytes of the disk that checkpoints may take still: what is free less the reserve. UNAVAILABLE: the disk does not
-  // say.
-  absl::StatusOr<std::uint64_t> Room() const;
-  // RESOURCE_EXHAUSTED, with what is free and what is kept, where there is no room for so many.
-  absl::Status CheckRoom(std::uint64_t bytes) const;
+  // OK: a checkpoint of so many bytes can be made now; else why not.
+  absl::Status CheckRoom(std::uint64_t bytes) const { return target_->CheckRoom(bytes); }
 
-  // Adds a file to a checkpoint that is being made; it is on the disk on return. Putting it again replaces it.
+  // Adds a file to a checkpoint that is being made; it is kept on return. Putting it again replaces it.
   absl::Status Put(const std::string& instance, std::uint64_t tick, const std::string& name,
                    const std::string& bytes) const;
   // Completes it and returns its size in bytes. The manifest must name every file that was put.
@@ -50,16 +46,13 @@ class CheckpointFiles {
   absl::StatusOr<std::string> Read(const std::string& instance, std::uint64_t tick, const std::string& name) const;
   void Remove(const std::string& instance, std::uint64_t tick) const;
   void RemoveAll(const std::string& instance) const;
-  // The instances that have a folder here, ascending.
-  std::vector<std::string> Instances() const;
+  // Ends what waits for the target: see CheckpointTarget::Stop.
+  void Stop() const { target_->Stop(); }
+  // The instances that anything is kept of, ascending.
+  absl::StatusOr<std::vector<std::string>> Instances() const { return target_->Instances(); }
 
  private:
-  CheckpointFiles(std::string folder, std::uint64_t reserve) : folder_(std::move(folder)), reserve_(reserve) {}
-  std::string Path(const std::string& instance, std::uint64_t tick) const;
-  std::string DraftPath(const std::string& instance, std::uint64_t tick) const;
-
-  std::string folder_;
-  std::uint64_t reserve_;
+  const std::unique_ptr<CheckpointTarget> target_;
 };
 
 inline constexpr char kSceneFile[] = "scene", kGameFile[] = "game";

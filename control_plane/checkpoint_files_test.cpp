@@ -109,13 +109,13 @@ TEST(CheckpointRoomTest, CheckpointsLeaveTheReserveToTheStore) {
   const host::TemporaryFolder folder;
   const auto free = CheckpointFiles::Open(folder.path());
   ASSERT_TRUE(free.ok());
-  ASSERT_GT(*(*free)->Room(), 1000u);
+  EXPECT_TRUE((*free)->CheckRoom(1000).ok());
   EXPECT_TRUE((*free)->Put("inst-1", 7, "region-1", "bytes").ok());
   // More than any disk has.
   constexpr std::uint64_t kAll = std::uint64_t{1} << 62;
   const auto full = CheckpointFiles::Open(folder.path(), kAll);
   ASSERT_TRUE(full.ok());
-  EXPECT_EQ(*(*full)->Room(), 0u);
+  EXPECT_EQ((*full)->CheckRoom(0).code(), absl::StatusCode::kResourceExhausted);
   const absl::Status refused = (*full)->Put("inst-1", 8, "region-1", "bytes");
   EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(refused.message()), HasSubstr("are kept for the store"));

@@ -31,11 +31,13 @@ ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::
   }
   last_timer_ = Steady(ReadClocks().steady).count();
   timer_ = std::thread([this] { RunTimer(); });
+  files_thread_ = std::thread([this] { RunFiles(); });
 }
 
 ControlPlane::~ControlPlane() {
   Stop();
   timer_.join();
+  files_thread_.join();
 }
 
 Now ControlPlane::ReadClocks() {
@@ -61,6 +63,7 @@ void ControlPlane::Publish() {
   pending_.abandoned.insert(pending_.abandoned.end(), effects.abandoned.begin(), effects.abandoned.end());
   pending_.forgotten.insert(pending_.forgotten.end(), effects.forgotten.begin(), effects.forgotten.end());
   pending_.restore.insert(effects.restore.begin(), effects.restore.end());
+  if (!pending_.empty()) files_wake_.notify_all();
   failovers_.insert(failovers_.end(), effects.failovers.begin(), effects.failovers.end());
   for (auto& [id, renewal] : effects.leases) {
     if (const auto found = streams_.find(id); found != streams_.end()) {
@@ -92,24 +95,25 @@ std::vector<std::chrono::nanoseconds> ControlPlane::TakeFailovers() {
 void ControlPlane::RunTimer() {
   Lock lock(mutex_);
   while (!stop_.wait_for(lock, kTimerInterval, [this] { return stopping_; })) {
-    cluster_->SetCheckpointTrouble(checkpoint_trouble_);
     cluster_->HandleTimer(ReadClocks());
     Publish();
     NoteTimer();
-    PendingWork work = std::exchange(pending_, {});
-    lock.unlock();
-    DoPendingWork(std::move(work));
-    LookForRoom();
-    lock.lock();
   }
 }
 
-void ControlPlane::LookForRoom() {
-  const Steady now = ReadClocks().steady;
-  if (!files_ || now < look_for_room_at_) return;
-  look_for_room_at_ = now + kRoomInterval;
-  const absl::Status room = files_->CheckRoom(0);
-  checkpoint_trouble_ = absl::IsResourceExhausted(room) ? std::string(room.message()) : "";
+void ControlPlane::RunFiles() {
+  Lock lock(mutex_);
+  while (!stopping_) {
+    files_wake_.wait_for(lock, kRoomInterval, [this] { return stopping_ || !pending_.empty(); });
+    if (stopping_) return;
+    PendingWork work = std::exchange(pending_, {});
+    lock.unlock();
+    DoPendingWork(std::move(work));
+    const absl::Status room = files_ ? files_->CheckRoom(0) : absl::OkStatus();
+    lock.lock();
+    cluster_->SetCheckpointTrouble(std::string(room.message()));
+    Publish();
+  }
 }
 
 void ControlPlane::NoteTimer() {
@@ -130,6 +134,8 @@ void ControlPlane::Stop() {
   const std::lock_guard lock(mutex_);
   stopping_ = true;
   stop_.notify_all();
+  files_wake_.notify_all();
+  if (files_) files_->Stop();
   for (const auto& [id, watch] : watches_) watch->wake.notify_all();
   for (const auto& [id, stream] : streams_) {
     stream->closed = absl::UnavailableError("the control plane is ending");

@@ -143,15 +143,16 @@ class ControlPlane {
   void Publish();
   void RunTimer();
   void NoteTimer();
-  // Work that waits for the timer's thread: removals of files, and restores.
+  // The thread of all that waits for files and that no call waits for: removals, restores, and a look at the room.
+  void RunFiles();
   struct PendingWork {
     std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;
     std::vector<std::string> forgotten;
     std::set<std::string> restore;
+    bool empty() const { return pruned.empty() && abandoned.empty() && forgotten.empty() && restore.empty(); }
   };
   void DoPendingWork(PendingWork work);
-  // Looks at the disk now and then, without the lock.
-  void LookForRoom();
+  absl::Status KeepImported(const std::string& id, const records::Bundle& bundle, Lock& lock);
   absl::StatusOr<std::string> ContentBytes(const std::string& key);
   // The scene and game of a checkpoint.
   absl::StatusOr<Contents> KeptContents(const std::string& id, const records::Manifest& manifest) const;
@@ -172,6 +173,7 @@ class ControlPlane {
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;
   PendingWork pending_;
+  std::set<std::string> importing_;  // instances whose files are being kept
   std::vector<std::chrono::nanoseconds> failovers_;
   std::map<StreamId, std::shared_ptr<AgentStream>> streams_;
   std::multimap<std::string, Watch*> watches_;
@@ -180,12 +182,9 @@ class ControlPlane {
   mutable std::mutex trouble_mutex_;
   std::string store_trouble_;
 
-  std::string checkpoint_trouble_;  // the timer's thread alone
-  Steady look_for_room_at_{0};
-
   bool stopping_ = false;
-  std::condition_variable stop_;
-  std::thread timer_;
+  std::condition_variable stop_, files_wake_;
+  std::thread timer_, files_thread_;
 };
 
 }  // namespace tessera::control

@@ -21,6 +21,11 @@ void AddFile(const char* name, const std::string& bytes, records::Manifest& mani
   file.set_hash(Sha256Hex(bytes));
 }
 
+// A target that does not answer, refuses us or has no room, which an operator can mend: a restore waits for it.
+bool MayPass(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsPermissionDenied(status) || absl::IsResourceExhausted(status);
+}
+
 absl::Status NoFiles() { return absl::FailedPreconditionError("this control plane keeps no checkpoints"); }
 
 }  // namespace
@@ -101,8 +106,10 @@ absl::StatusOr<records::Manifest> ControlPlane::FindWhole(const std::string& id,
     if (tick != 0 && checkpoint->tick() != tick) continue;
     const absl::Status whole = files_->Check(id, checkpoint->tick());
     if (whole.ok()) return files_->ReadManifest(id, checkpoint->tick());
+    // One that cannot be read just now may be whole: an older one in its place would set the world back for nothing.
+    const bool known = absl::IsNotFound(whole) || absl::IsDataLoss(whole);
+    if (tick != 0 || !known) return whole;
     damaged.emplace_back(whole.message());
-    if (tick != 0) return whole;
   }
   if (!damaged.empty()) return absl::DataLossError(absl::StrJoin(damaged, "; "));
   return absl::NotFoundError(tick == 0 ? absl::StrCat("id: ", id, " has no checkpoint")
@@ -144,7 +151,11 @@ absl::StatusOr<v1::RestoreInstanceResponse> ControlPlane::RestoreInstance(const 
 
 absl::StatusOr<std::string> ControlPlane::StateFile(const v1::FetchStateRequest& request) {
   if (!files_) return NoFiles();
-  const absl::Status status = Call([&](Cluster& cluster, Now) { return cluster.CheckFetch(request); });
+  const absl::Status status = Call([&](Cluster& cluster, Now) {
+    if (importing_.contains(request.instance_id()))
+      return absl::UnavailableError("id: its files are being kept; ask again");
+    return cluster.CheckFetch(request);
+  });
   if (!status.ok()) return status;
   return files_->Read(request.instance_id(), request.tick(), RegionFileName(request.region()));
 }
@@ -195,23 +206,44 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   plan->map = *std::move(map);
   plan->restored = manifest;
   plan->bodies = Within(plan->bodies, manifest.bodies());
-  // The lock is held until the files are there, so that nobody asks for them before.
-  return Call([&](Cluster& cluster, Now now) -> absl::StatusOr<v1::Instance> {
-    if (auto made = GetByRequestId(cluster.state(), request.request_id()); made.ok()) return made;
-    auto instance = cluster.CreateInstance(now, *plan, request.validate_only());
-    if (!instance.ok() || request.validate_only()) return instance;
-    for (const records::ManifestFile& file : manifest.files()) {
-      const std::string& content = *FindContent(*bundle, file.name());
-      if (absl::Status put = files_->Put(instance->id(), manifest.tick(), file.name(), content); !put.ok()) return put;
-    }
-    const auto size = files_->Complete(instance->id(), manifest);
-    if (!size.ok()) return size.status();
-    cluster.NoteCheckpoint(now, instance->id(), manifest, *size);
-    return instance;
-  });
+  Lock lock(mutex_);
+  if (auto made = GetByRequestId(cluster_->state(), request.request_id()); made.ok()) return made;
+  auto instance = cluster_->CreateInstance(ReadClocks(), *plan, request.validate_only());
+  Publish();
+  if (!instance.ok() || request.validate_only()) return instance;
+  const absl::Status kept = KeepImported(instance->id(), *bundle, lock);
+  if (kept.ok()) return instance;
+  v1::DeleteInstanceRequest undo;
+  undo.set_id(instance->id());
+  (void)cluster_->DeleteInstance(ReadClocks(), undo);  // gone already, perhaps
+  Publish();
+  return kept;
 }
 
-// Runs on the timer's thread, without the lock.
+// Keeps the files of an instance that was just made, without the lock: whoever asks for one of them meanwhile is told
+// to ask again. Requires the lock.
+absl::Status ControlPlane::KeepImported(const std::string& id, const records::Bundle& bundle, Lock& lock) {
+  importing_.insert(id);
+  lock.unlock();
+  absl::Status status;
+  for (const records::ManifestFile& file : bundle.manifest().files()) {
+    if (!status.ok()) break;
+    status = files_->Put(id, bundle.manifest().tick(), file.name(), *FindContent(bundle, file.name()));
+  }
+  std::uint64_t size = 0;
+  if (status.ok()) {
+    const auto completed = files_->Complete(id, bundle.manifest());
+    if (completed.ok()) size = *completed;
+    status = completed.status();
+  }
+  lock.lock();
+  importing_.erase(id);
+  if (status.ok()) cluster_->NoteCheckpoint(ReadClocks(), id, bundle.manifest(), size);
+  Publish();
+  return status;
+}
+
+// Runs on the files' thread, without the lock.
 void ControlPlane::DoPendingWork(PendingWork work) {
   if (!files_) work = PendingWork{.pruned = {}, .abandoned = {}, .forgotten = {}, .restore = work.restore};
   for (const auto& [id, tick] : work.pruned) files_->Remove(id, tick);
@@ -223,7 +255,7 @@ void ControlPlane::DoPendingWork(PendingWork work) {
     v1::RestoreInstanceRequest request;
     request.set_id(id);
     const auto restored = RestoreInstance(request);
-    if (restored.ok() || absl::IsUnavailable(restored.status())) continue;
+    if (restored.ok() || MayPass(restored.status())) continue;
     Call([&](Cluster& cluster, Now now) {
       cluster.CannotRestore(now, id, std::string(restored.status().message()));
       return 0;

@@ -10,8 +10,10 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "control_plane/backup.h"
@@ -38,6 +40,8 @@ struct ControlFlags {
   HttpsFlags https;
   std::string metrics_listen = "127.0.0.1:7701";
   std::string state_dir, checkpoints;
+  std::string s3_endpoint, s3_region;
+  std::optional<S3Settings> s3;  // where `checkpoints` names a bucket
   std::uint64_t checkpoint_reserve_mb = 256;
   StoreFlags store;
   std::string ready_file;
@@ -163,6 +167,23 @@ absl::Status CheckPorts(const ControlFlags& flags) {
   return absl::OkStatus();
 }
 
+// Reads who asks an object store from the environment. INVALID_ARGUMENT names the option or the variable.
+absl::Status CheckCheckpointFlags(ControlFlags& flags) {
+  if (!IsS3Address(flags.checkpoints)) {
+    if (flags.s3_endpoint.empty() && flags.s3_region.empty()) return absl::OkStatus();
+    return absl::InvalidArgumentError("--s3-endpoint and --s3-region: only with --checkpoints s3://BUCKET/PREFIX");
+  }
+  const auto variable = [](const char* name) -> std::optional<std::string> {
+    const char* value = std::getenv(name);
+    if (value == nullptr) return std::nullopt;
+    return value;
+  };
+  auto settings = MakeS3Settings(flags.checkpoints, flags.s3_endpoint, flags.s3_region, variable);
+  if (!settings.ok()) return settings.status();
+  flags.s3 = *std::move(settings);
+  return absl::OkStatus();
+}
+
 ReignSettings SettingsOf(const ControlFlags& flags) {
   const std::string socket = flags.socket.empty() ? flags.state_dir + "/control.sock" : flags.socket;
   return {.doors = {.socket = std::filesystem::absolute(socket).lexically_normal().string(),
@@ -171,6 +192,7 @@ ReignSettings SettingsOf(const ControlFlags& flags) {
           .https = flags.https,
           .seal = flags.state_dir + "/seal.key",
           .checkpoints = flags.checkpoints.empty() ? flags.state_dir + "/checkpoints" : flags.checkpoints,
+          .s3 = flags.s3,
           .checkpoint_reserve = flags.checkpoint_reserve_mb * 1'000'000,
           .store_name = flags.store.etcd ? flags.store.etcd->prefix + " in etcd" : flags.state_dir + "/control.db",
           .control = flags.settings};
@@ -289,8 +311,11 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option(
       "--checkpoints", flags.checkpoints,
-      "folder of the checkpoints; default checkpoints in the state folder; of several control planes one that "
-      "all share");
+      "folder of the checkpoints, or s3://BUCKET/PREFIX; default checkpoints in the state folder; of several control "
+      "planes one that all share");
+  app.add_option("--s3-endpoint", flags.s3_endpoint,
+                 "address of the object store of --checkpoints, https://HOST:PORT; default Amazon's of the region");
+  app.add_option("--s3-region", flags.s3_region, "its region; default the variable AWS_REGION, else us-east-1");
   app.add_option("--checkpoint-reserve-mb", flags.checkpoint_reserve_mb,
                  "megabytes of the checkpoints' disk that are left to the store: with less free no checkpoint is made")
       ->check(CLI::Range(0, 100'000'000))
@@ -317,6 +342,10 @@ int main(int argc, char** argv) {
   if (absl::Status status =
           control::CheckStoreFlags(flags.store, flags.listen, flags.players_listen, flags.checkpoints);
       !status.ok()) {
+    control::Fail(status);
+    return 2;
+  }
+  if (absl::Status status = control::CheckCheckpointFlags(flags); !status.ok()) {
     control::Fail(status);
     return 2;
   }

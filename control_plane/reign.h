@@ -9,6 +9,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -18,6 +19,7 @@
 #include "control_plane/grpc_server.h"
 #include "control_plane/http_pages.h"
 #include "control_plane/https_door.h"
+#include "control_plane/s3/s3_address.h"
 #include "control_plane/store.h"
 #include "telemetry/metrics_server.h"
 
@@ -33,7 +35,8 @@ struct ReignSettings {
   GrpcDoors doors;
   HttpsFlags https{};
   std::string seal;                      // file with the passphrase of the authority's key
-  std::string checkpoints;               // folder
+  std::string checkpoints;               // folder or address of a bucket, in errors
+  std::optional<S3Settings> s3{};        // of that bucket
   std::uint64_t checkpoint_reserve = 0;  // bytes of its disk that they leave free
   std::string store_name;                // in errors: "/var/lib/tessera/control/control.db"
   ControlSettings control;

@@ -79,7 +79,8 @@ absl::Status CheckStoreFlags(StoreFlags& flags, const std::string& listen, const
     return Wrong("--store-authority", "missing: etcd on another machine is reached by TLS alone");
   }
   if (checkpoints.empty()) {
-    return Wrong("--checkpoints", "missing: with --store etcd://... name a folder that all control planes share");
+    return Wrong("--checkpoints",
+                 "missing: with --store etcd://... name a folder that all control planes share, or a bucket");
   }
   auto operators = Advertised("--listen", listen, flags.advertise_host);
   if (!operators.ok()) return operators.status();
