@@ -46,8 +46,12 @@ TEST(ParseSceneTest, TextErrorsNameLineAndColumn) {
 
 TEST(ParseSceneTest, JsonErrorsNameLineAndColumnOrTheField) {
   EXPECT_THAT(ParseError("{\n  \"name\": \"x\",\n  \"tickRateHz\" 60\n}"), StartsWith("a/b.scene:3:16: Expected :"));
-  EXPECT_THAT(ParseError("{\"bodies\": [{\"colour\": 1}]}"), HasSubstr("colour"));
-  EXPECT_THAT(ParseError("{\"bodies\": [{\"mass\": \"heavy\"}]}"), HasSubstr("heavy"));
+  EXPECT_THAT(ParseError("{\"bodies\": [{},\n  {\"id\": 1, \"colour\": 1}]}"),
+              StartsWith("a/b.scene:2:13: (bodies[1]) colour: "));
+  EXPECT_THAT(ParseError("{\"bodies\": [{\n\"mass\":\n\"heavy\"}]}"), StartsWith("a/b.scene:2:1: (bodies[0].mass): "));
+  EXPECT_THAT(ParseError("{\n\"tickRateHz\": 0.5}"), StartsWith("a/b.scene:2:1: (tick_rate_hz): "));
+  EXPECT_THAT(ParseError("{\"scale\": 3}"), StartsWith("a/b.scene:1:2: scale: "));
+  EXPECT_THAT(ParseError("{\"bodies\": [{}, 3]}"), StartsWith("a/b.scene:1:17: (bodies[1]): "));
   EXPECT_THAT(ParseError("{"), StartsWith("a/b.scene:"));
   EXPECT_THAT(ParseError("{\"name\": \"x\"} trailing"), StartsWith("a/b.scene:"));
 }
@@ -83,8 +87,31 @@ TEST(ParseSceneTest, ToleratesAnyBytes) {
   }
 }
 
+TEST(ParseSceneTest, SaysOfAFileThatIsNoTextWhatItIs) {
+  const auto why = [](std::string_view content, std::string_view file) {
+    return std::string(ParseScene(content, file).status().message());
+  };
+  EXPECT_EQ(why("", "a.json"), "a.json: is empty");
+  EXPECT_EQ(why(" \r\n\t", "a.textproto"), "a.textproto: is empty");
+  EXPECT_EQ(why("\xEF\xBB\xBF", "a.json"), "a.json: is empty");
+  const std::string glb("glTF\2\0\0\0\xFF", 9);
+  EXPECT_EQ(why(glb, "level.glb"), "level.glb: is a glTF level; tessera scene import makes a scene of it");
+  EXPECT_EQ(why("{\"asset\": {}}", "a.GLTF"), "a.GLTF: is a glTF level; tessera scene import makes a scene of it");
+  const std::string not_text = "a.json: is not text in UTF-8; a scene is JSON, or protobuf's text format";
+  EXPECT_EQ(why("\xFF\xFE{", "a.json"), not_text);
+  EXPECT_EQ(why(std::string("{\0}", 3), "a.json"), not_text);
+}
+
+TEST(ParseSceneTest, PassesOverTheMarkThatSomeEditorsWrite) {
+  for (const char* text : {"\xEF\xBB\xBF{\"name\": \"x\"}", "\xEF\xBB\xBFname: \"x\""}) {
+    const auto scene = ParseScene(text, "f");
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    EXPECT_EQ(scene->name(), "x");
+  }
+}
+
 TEST(ParseSceneTest, NothingIsASceneThatResolveRefuses) {
-  for (const char* text : {"", " \n", "# only a comment", "{}"}) {
+  for (const char* text : {"# only a comment", "{}"}) {
     const auto scene = ParseScene(text, "f");
     ASSERT_TRUE(scene.ok()) << scene.status();
     EXPECT_FALSE(ResolveScene(*scene, "f").ok());

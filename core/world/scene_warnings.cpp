@@ -4,12 +4,18 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 
 namespace tessera {
 namespace {
+
+// Points this near to a plane lie in it, m; three whose triangle is smaller lie on a line.
+constexpr double kOnPlane_m = 1e-4, kFlat_m2 = 1e-9;
 
 class Warnings {
  public:
@@ -36,12 +42,104 @@ const BodyDef* Find(const Scene& scene, BodyId id) {
   return found != scene.bodies.end() && found->id == id ? &*found : nullptr;
 }
 
+// --- Meshes and hulls.
+
+// Every edge belongs to two triangles, once in each direction.
+bool IsClosed(const TriangleMeshShape& mesh) {
+  std::vector<std::uint64_t> there, back;
+  there.reserve(3 * mesh.triangles.size());
+  back.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::uint64_t from = triangle[corner], to = triangle[(corner + 1) % 3];
+      there.push_back(from << 32 | to);
+      back.push_back(to << 32 | from);
+    }
+  }
+  std::ranges::sort(there);
+  std::ranges::sort(back);
+  return there == back && std::ranges::adjacent_find(there) == there.end();
+}
+
+bool FacesInward(const TriangleMeshShape& mesh) {
+  double six_volumes = 0;
+  const Vec3d origin(mesh.vertices.empty() ? Vec3f() : mesh.vertices.front());
+  for (const auto& triangle : mesh.triangles) {
+    const Vec3d a = Vec3d(mesh.vertices[triangle[0]]) - origin, b = Vec3d(mesh.vertices[triangle[1]]) - origin,
+                c = Vec3d(mesh.vertices[triangle[2]]) - origin;
+    six_volumes += Dot(a, Cross(b, c));
+  }
+  return six_volumes < 0 && IsClosed(mesh);
+}
+
+// How deep a point is inside the hull, m: its distance from the nearest of the planes through three of the points that
+// all points are on one side of.
+double DepthInHull(const std::vector<Vec3f>& points, Vec3d p) {
+  double depth = std::numeric_limits<double>::infinity();
+  const auto side = [&](std::size_t i, std::size_t j, std::size_t k) {
+    const Vec3d at(points[i]);
+    Vec3d normal = Cross(Vec3d(points[j]) - at, Vec3d(points[k]) - at);
+    const double length = Length(normal);
+    if (length < kFlat_m2) return;
+    normal = normal / length;
+    double above = 0, below = 0;
+    for (const Vec3f& point : points) {
+      const double height = Dot(normal, Vec3d(point) - at);
+      above = std::max(above, height);
+      below = std::min(below, height);
+      if (above > kOnPlane_m && below < -kOnPlane_m) return;
+    }
+    const double height = Dot(normal, p - at);
+    depth = std::min(depth, above > kOnPlane_m ? height : -height);
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = i + 1; j < points.size(); ++j) {
+      for (std::size_t k = j + 1; k < points.size(); ++k) side(i, j, k);
+    }
+  }
+  return depth;
+}
+
+// How often the mesh goes round the point: 1 inside a closed one that faces outward, 0 outside.
+double TurnsRound(const TriangleMeshShape& mesh, Vec3d p) {
+  double angles = 0;  // solid ones, halved: van Oosterom and Strackee, 1983
+  for (const auto& triangle : mesh.triangles) {
+    const Vec3d a = Vec3d(mesh.vertices[triangle[0]]) - p, b = Vec3d(mesh.vertices[triangle[1]]) - p,
+                c = Vec3d(mesh.vertices[triangle[2]]) - p;
+    const double la = Length(a), lb = Length(b), lc = Length(c);
+    angles += std::atan2(Dot(a, Cross(b, c)), la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la + Dot(c, a) * lb);
+  }
+  return angles / (2 * std::numbers::pi);
+}
+
+bool InBounds(const TriangleMeshShape& mesh, Vec3d p) {
+  Vec3d low(mesh.vertices.front()), high = low;
+  for (const Vec3f& vertex : mesh.vertices) {
+    const Vec3d at(vertex);
+    low = {std::min(low.x, at.x), std::min(low.y, at.y), std::min(low.z, at.z)};
+    high = {std::max(high.x, at.x), std::max(high.y, at.y), std::max(high.z, at.z)};
+  }
+  return p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y && p.z < high.z;
+}
+
+// Whether the point and all around it as far as kBuriedSpawn_m are inside a closed mesh; one that faces inward is a
+// room.
+bool IsDeepInMesh(const TriangleMeshShape& mesh, Vec3d p) {
+  if (!InBounds(mesh, p) || !IsClosed(mesh)) return false;
+  constexpr double kWay = kBuriedSpawn_m;
+  for (const Vec3d& way : {Vec3d(), Vec3d{kWay, 0, 0}, Vec3d{-kWay, 0, 0}, Vec3d{0, kWay, 0}, Vec3d{0, -kWay, 0},
+                           Vec3d{0, 0, kWay}, Vec3d{0, 0, -kWay}}) {
+    if (TurnsRound(mesh, p + way) < 0.5) return false;
+  }
+  return true;
+}
+
 // --- Spawn points.
 
 Vec3d Into(const Pose& pose, Vec3d point) { return Rotate(Conjugate(pose.orientation), point - pose.position); }
 
-// How deep a point, in the shape's coordinates, is inside it, m; not above 0: it is outside, or the shape is not one
-// that is looked into.
+// How deep a point, in the shape's coordinates, is inside it, m; not above 0: it is outside, or the shape is an open
+// mesh. Of a closed mesh it says no more than that it is deep enough.
 struct Depth {
   Vec3d p;
 
@@ -81,8 +179,8 @@ struct Depth {
     };
     return std::min({at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)}) - p.y;
   }
-  double operator()(const ConvexHullShape&) const { return 0; }
-  double operator()(const TriangleMeshShape&) const { return 0; }
+  double operator()(const ConvexHullShape& s) const { return DepthInHull(s.points, p); }
+  double operator()(const TriangleMeshShape& s) const { return IsDeepInMesh(s, p) ? kBuriedSpawn_m : 0; }
 };
 
 void WarnOfSpawnPoints(const Scene& scene, const PlayerRules& player, Warnings& warnings) {
@@ -156,34 +254,6 @@ void WarnOfJoints(const Scene& scene, Warnings& warnings) {
 }
 
 // --- Bodies.
-
-// Every edge belongs to two triangles, once in each direction.
-bool IsClosed(const TriangleMeshShape& mesh) {
-  std::vector<std::uint64_t> there, back;
-  there.reserve(3 * mesh.triangles.size());
-  back.reserve(3 * mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const std::uint64_t from = triangle[corner], to = triangle[(corner + 1) % 3];
-      there.push_back(from << 32 | to);
-      back.push_back(to << 32 | from);
-    }
-  }
-  std::ranges::sort(there);
-  std::ranges::sort(back);
-  return there == back && std::ranges::adjacent_find(there) == there.end();
-}
-
-bool FacesInward(const TriangleMeshShape& mesh) {
-  double six_volumes = 0;
-  const Vec3d origin(mesh.vertices.empty() ? Vec3f() : mesh.vertices.front());
-  for (const auto& triangle : mesh.triangles) {
-    const Vec3d a = Vec3d(mesh.vertices[triangle[0]]) - origin, b = Vec3d(mesh.vertices[triangle[1]]) - origin,
-                c = Vec3d(mesh.vertices[triangle[2]]) - origin;
-    six_volumes += Dot(a, Cross(b, c));
-  }
-  return six_volumes < 0 && IsClosed(mesh);
-}
 
 void WarnOfBodies(const Scene& scene, Warnings& warnings) {
   std::vector<BodyId> held;

@@ -29,8 +29,8 @@ inline constexpr double kBuriedSpawn_m = 0.01;
 //   "body 40 \"crate\": is dynamic and a trigger: it falls through everything"
 //   "player: max_force is 0 and there is no character, so inputs move nobody"
 //   "body 7: the mesh is closed and its triangles face inward: bodies fall in and are held there"
-// Spawn points are looked for in boxes, round shapes, compounds, planes and height fields; frames of joints where the
-// position is the shape's origin, which leaves out dynamic cones, hulls and compounds.
+// Spawn points are looked for in all shapes but meshes that are open; frames of joints where the position is the
+// shape's origin, which leaves out dynamic cones, hulls and compounds.
 std::vector<std::string> SceneWarnings(const Scene& scene);
 
 }  // namespace tessera

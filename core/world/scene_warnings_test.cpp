@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -30,6 +31,20 @@ std::vector<std::string> WarningsOf(const std::string& parts, const std::string&
   return loaded.ok() ? SceneWarnings(*loaded->scene) : std::vector<std::string>{"does not load"};
 }
 
+// A wedge 2 m wide, long and high, whose slope falls along x: its corners, and triangles that face outward.
+constexpr char kRampHull[] =
+    "hull { points { z: -1 } points { x: 2 z: -1 } points { y: 2 z: -1 } points { z: 1 } "
+    "points { x: 2 z: 1 } points { y: 2 z: 1 } }";
+std::string RampMesh(std::initializer_list<std::array<int, 3>> triangles) {
+  std::string text =
+      "mesh { vertices { z: -1 } vertices { x: 2 z: -1 } vertices { y: 2 z: -1 } vertices { z: 1 } "
+      "vertices { x: 2 z: 1 } vertices { y: 2 z: 1 } ";
+  for (const auto& triangle : triangles) {
+    for (const int corner : triangle) text += "indices: " + std::to_string(corner) + " ";
+  }
+  return text + "}";
+}
+
 TEST(SceneWarningsTest, ASoundSceneHasNone) {
   EXPECT_THAT(WarningsOf(R"(
       bodies { id: 40 mass: 1 pose { position { x: 5 y: 3 } } shape { box { half_extents { x: 1 y: 1 z: 1 } } } }
@@ -46,8 +61,10 @@ TEST(SceneWarningsTest, ASpawnPointInsideAStaticBodyIsNamedByItsShape) {
                       "max_force: 100 max_speed: 5", spawn);
   };
   const std::string says = "player: spawn_points[0] is inside static body 7";
+  const std::string ramp =
+      RampMesh({{3, 4, 5}, {0, 2, 1}, {0, 1, 4}, {0, 4, 3}, {0, 3, 5}, {0, 5, 2}, {1, 2, 5}, {1, 5, 4}});
   struct Row {
-    const char *shape, *inside, *outside;
+    std::string shape, inside, outside;
   };
   for (const Row& row : {
            Row{"box { half_extents { x: 1 y: 1 z: 1 } }", "x: 0.9 y: 10.9", "x: 1.1 y: 10"},
@@ -59,10 +76,24 @@ TEST(SceneWarningsTest, ASpawnPointInsideAStaticBodyIsNamedByItsShape) {
                "x: 1 y: 10"},
            Row{"height_field { columns: 2 rows: 2 spacing: 4 heights: 1 heights: 1 heights: 1 heights: 1 }", "y: 10.5",
                "y: 11.5"},
+           Row{kRampHull, "x: 1.8 y: 10.1", "x: 1.8 y: 10.3"},
+           Row{ramp, "x: 1.8 y: 10.1", "x: 1.8 y: 10.3"},
+           Row{ramp, "x: 0.5 y: 11.4", "x: -0.1 y: 11.4"},
        }) {
     EXPECT_THAT(buried(row.shape, row.inside), ElementsAre(says)) << row.shape;
     EXPECT_THAT(buried(row.shape, row.outside), IsEmpty()) << row.shape;
   }
+}
+
+TEST(SceneWarningsTest, AnOpenMeshAndARoomHaveNobodyInsideThem) {
+  const auto spawned_in = [](const std::string& mesh) {
+    return WarningsOf("bodies { id: 7 motion: MOTION_STATIC pose { position { y: 10 } } shape { " + mesh + " } }",
+                      "max_force: 100 max_speed: 5", "x: 1.8 y: 10.1");
+  };
+  EXPECT_THAT(spawned_in(RampMesh({{3, 4, 5}, {0, 2, 1}, {0, 3, 5}, {0, 5, 2}, {1, 2, 5}, {1, 5, 4}})), IsEmpty());
+  EXPECT_THAT(
+      spawned_in(RampMesh({{3, 5, 4}, {0, 1, 2}, {0, 4, 1}, {0, 3, 4}, {0, 5, 3}, {0, 2, 5}, {1, 5, 2}, {1, 4, 5}})),
+      ElementsAre("body 7: the mesh is closed and its triangles face inward: bodies fall in and are held there"));
 }
 
 TEST(SceneWarningsTest, WhatAPlayerPassesThroughBuriesNobody) {
