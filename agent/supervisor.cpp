@@ -389,6 +389,7 @@ void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
   if (stop && !order.stop()) {  // our own decision: it must fence every order before it
     order.set_revision(std::max(order.revision(), worker.report.order_revision()) + 1);
     order.set_stop(true);
+    order.set_goes_on(!stopping_all_);
   }
   std::string bytes = order.SerializeAsString();
   if (bytes == worker.sent) return;
@@ -452,14 +453,14 @@ std::optional<TimePoint> Supervisor::NextDeadline() const {
 }
 
 void Supervisor::StopAll(TimePoint now) {
+  const bool again = std::exchange(stopping_all_, true);
   for (auto& [key, worker] : workers_) {
-    if (stopping_all_) {
+    if (again) {
       Kill(key, worker, "killed: ordered to stop at once");
     } else if (worker.stopping == Stopping::kNo) {
       BeginStop(key, worker, now);
     }
   }
-  stopping_all_ = true;
 }
 
 // --- Reports

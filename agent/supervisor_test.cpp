@@ -327,6 +327,7 @@ TEST_F(SupervisorTest, WorkerNoLongerWantedIsToldToStopThenTerminatedThenKilled)
   Want({});
   ASSERT_THAT(orders_, SizeIs(2));
   EXPECT_TRUE(orders_[1].stop());
+  EXPECT_TRUE(orders_[1].goes_on());     // nobody has said that the instance ends
   EXPECT_GT(orders_[1].revision(), 5U);  // else the worker would ignore it
   EXPECT_THAT(signals_, IsEmpty());
   Pass(kStopPatience);
@@ -523,6 +524,7 @@ TEST_F(SupervisorTest, StopAllEndsAttachedOnesByOrderAndOthersBySignalAndStartsN
   supervisor_.StopAll(now_);
   Carry();
   EXPECT_TRUE(orders_.back().stop());
+  EXPECT_FALSE(orders_.back().goes_on());
   EXPECT_THAT(signals_, ElementsAre(SIGTERM));  // region 2 has no connection
   Want({Order(1), Order(2), Order(3)});
   EXPECT_THAT(spawned_, SizeIs(2));

@@ -186,6 +186,9 @@ class Client {
   // FAILED_PRECONDITION (it has ended, its scene has no player, or the returning player has left for good),
   // RESOURCE_EXHAUSTED (full), INVALID_ARGUMENT, UNAUTHENTICATED (the return token has expired or belongs elsewhere).
   static absl::StatusOr<std::unique_ptr<Client>> Join(const JoinOptions& options);
+  // A grant for what Join would join, as a blob. Waits and fails as Join does. With `returning`, for that player: what
+  // Renew takes. Of the options only those that say where and who count.
+  static absl::StatusOr<std::vector<std::uint8_t>> GetGrant(const JoinOptions& options);
   // By a grant that the control plane made (net/join_grant.h): INVALID_ARGUMENT naming what is wrong with it,
   // UNAVAILABLE (no local socket). A viewer's grant makes a viewer. Does not wait; until the state is WAITING or
   // PLAYING the scene is an empty one.

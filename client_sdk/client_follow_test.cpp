@@ -265,6 +265,26 @@ TEST_F(ClientRestoreTest, ANewGrantLeadsBackIntoARestoredWorldAsTheSamePlayer) {
   EXPECT_EQ(client->state(), ClientState::kPlaying);
 }
 
+TEST_F(ClientRestoreTest, SeveralRegionsThatAnswerBeforeTheFirstSnapshotMakeNoDifference) {
+  Make(2);
+  Join();
+  Play();
+  for (int i = 0; i < 90; ++i) {
+    Advance([&](Tick t) { instance->regions[0]->Snapshot(t, At(40)); });
+  }
+  for (const auto& region : instance->regions) region->Stop("the region goes on elsewhere", true);
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 2; }));
+  instance->regions.clear();
+  for (const RegionId id : {RegionId(1), RegionId(2)}) instance->Add(id, Incarnation(7)).started = true;
+  ASSERT_TRUE(client->Renew(instance->Grant(false, client->player())).ok());
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 2; }, true));
+  const Tick earlier(10);
+  now += 2 * kTick;
+  instance->regions[1]->Snapshot(earlier, At(-20));
+  ASSERT_TRUE(Until([&] { return client->tick() == earlier; })) << client->tick().value();
+  EXPECT_EQ(Count(ClientEvent::Kind::kRestored), 1);
+}
+
 TEST_F(ClientRestoreTest, WithoutANewGrantItEndsAndSaysSo) {
   ASSERT_NO_FATAL_FAILURE(PlayByGrant());
   ASSERT_NO_FATAL_FAILURE(EndTheProcesses());

@@ -1,6 +1,7 @@
 // Joining through the control plane, over gRPC: for programs that have both.
 #include "client_sdk/client_impl.h"
 #include "client_sdk/control_session.h"
+#include "net/join_grant.h"
 
 namespace tessera::client {
 
@@ -23,6 +24,14 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options)
                 .scene_cache_dir = {},
                 .leave = leave},
                *std::move(session));
+}
+
+absl::StatusOr<std::vector<std::uint8_t>> Client::GetGrant(const JoinOptions& options) {
+  const trust::ControlPoint control(options.control_address, options.credentials);
+  const absl::StatusOr<Session> session = JoinInstance(control, options.instance_id, options.player_name,
+                                                       options.returning, options.watch, options.deadline);
+  if (!session.ok()) return session.status();
+  return net::EncodeJoinGrant(GrantFrom(*session));
 }
 
 }  // namespace tessera::client

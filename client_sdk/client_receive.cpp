@@ -176,8 +176,10 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
                                                 " to player ", welcome.player)),
                "");
   }
-  back_from_silence = std::ranges::none_of(connections, &RegionConnection::welcomed);
-  if (back_from_silence) clock_tick = 0;
+  if (std::ranges::none_of(connections, &RegionConnection::welcomed)) {
+    back_from_silence = true;  // until the first snapshot, whoever else is welcomed before it
+    clock_tick = 0;
+  }
   connection.Welcomed();
   RegionChanged(now, connection.region(), RegionEntry::Change::kBegins);
   // One that is dialled for the first time, or at another address, was never lost.

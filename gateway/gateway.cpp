@@ -240,14 +240,15 @@ std::vector<ViewerId> Gateway::Tick(TimePoint now) {
 void Gateway::TickPlayer(Viewer& viewer, TimePoint now) {
   ViewSource& source = *viewer.playing->source;
   source.Poll(now);
-  if (source.client().state() != client::ClientState::kEnded) {
+  if (!source.over()) {
     source.SetHosts(viewer.world->Hosts());
     const bool joined = source.client().state() != client::ClientState::kJoining;
     if (joined && viewer.session.WantsFrame(now)) source.Show(now);
     return;
   }
-  Problem problem = ProblemOf(source.client().reason());
-  if (absl::IsAborted(source.client().reason())) problem.code = "ended";  // the game's own words
+  const absl::Status why = source.WhyOver();
+  Problem problem = ProblemOf(why);
+  if (absl::IsAborted(why)) problem.code = "ended";  // the game's own words
   StopPlaying(viewer);
   viewer.session.Report(std::move(problem), true);
 }

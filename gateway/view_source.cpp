@@ -47,10 +47,18 @@ void ViewSource::Poll(client::TimePoint now) {
     if (event.kind == Kind::kRegionLost || event.kind == Kind::kRegionBack || event.kind == Kind::kMapChanged) {
       connected_changed_ = true;
     }
+    // By itself it would dial on, where nobody is any more.
+    if (event.kind == Kind::kGrantNeeded) needs_grant_ = true;
+    if (event.kind == Kind::kRegionBack) needs_grant_ = false;
     if (event.kind == Kind::kRecordingEnded) recording_ended_ = event.detail;
     if (std::string met = MetMessage(event); !met.empty()) feed_.met.Add(std::move(met), kMaxMetKept);
   }
   if (was_joining && client_->state() != client::ClientState::kJoining) connected_changed_ = true;
+}
+
+absl::Status ViewSource::WhyOver() const {
+  if (client_->state() == client::ClientState::kEnded) return client_->reason();
+  return needs_grant_ ? absl::UnavailableError("no region answers any more") : absl::OkStatus();
 }
 
 void ViewSource::Show(client::TimePoint now) { ShowRecorded(now, now, client_->clock().paused); }

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "absl/status/status.h"
 #include "client_sdk/client.h"
 #include "gateway/gateway_message.h"
 #include "gateway/picture.h"
@@ -45,6 +46,10 @@ class ViewSource {
   std::unique_ptr<client::Client> TakeClient() { return std::move(client_); }
   // Another one of the same scene and player.
   void SetClient(std::unique_ptr<client::Client> client);
+  // Whether the client has ended, or no address that it knows answers: it is to be joined anew. A restored world has
+  // been at later moments before, which none of its viewers may be shown as the same picture going on.
+  bool over() const { return needs_grant_ || client_->state() == client::ClientState::kEnded; }
+  absl::Status WhyOver() const;
   // Why a recording ended unasked, since the last call.
   std::string TakeRecordingEnded() { return std::exchange(recording_ended_, {}); }
   const ViewFeed& feed() const { return feed_; }
@@ -58,7 +63,7 @@ class ViewSource {
   PictureMaker maker_;
   ViewFeed feed_;
   std::map<RegionId, std::string> hosts_;
-  bool connected_changed_ = true;
+  bool connected_changed_ = true, needs_grant_ = false;
   std::string recording_ended_;
   // By property, for all viewers that ask for it at about the same time.
   struct Taken {

@@ -41,8 +41,8 @@ void WatchedWorld::Tick(TimePoint now, bool show) {
     if (!joining_ && now >= next_join_) Join(now);
   } else {
     source_->Poll(now);
-    if (source_->client().state() == client::ClientState::kEnded) {
-      spdlog::info("world lost instance={} reason={}", instance_, std::string(source_->client().reason().message()));
+    if (source_->over()) {
+      spdlog::info("world lost instance={} reason={}", instance_, std::string(source_->WhyOver().message()));
       source_.reset();
       if (recording_wanted_) {
         recording_.on = false;

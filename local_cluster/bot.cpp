@@ -10,6 +10,7 @@ constexpr double kEdge = 0.1;
 constexpr const char* kArena = "arena";  // name of the scene in games/arena
 constexpr std::chrono::microseconds kPlayInterval{16'667};
 constexpr std::chrono::seconds kComeBackTimeout{2};
+constexpr std::chrono::seconds kRenewTimeout{1}, kRenewInterval{1};
 
 }  // namespace
 
@@ -49,8 +50,11 @@ bool Bot::Frame(client::TimePoint now) {
   for (const client::ClientEvent& event : events_) {
     if (event.kind == Kind::kContactBegan || event.kind == Kind::kTriggerEntered) ++pairs_begun_;
     if (event.kind == Kind::kContactEnded || event.kind == Kind::kTriggerLeft) ++pairs_ended_;
+    if (event.kind == Kind::kGrantNeeded) renew_at_ = now;
+    if (event.kind == Kind::kRegionBack) renew_at_.reset();
   }
   if (client_->state() == client::ClientState::kEnded) return false;
+  if (renew_at_ && now >= *renew_at_) Renew(now);
   const auto self = client_->World().find(client_->own_body());
   if (self != client_->World().end()) {
     if (region_ != RegionId() && self->second.region != region_) ++region_changes_;
@@ -63,6 +67,19 @@ bool Bot::Frame(client::TimePoint now) {
   }
   client_->Interpolated(now);
   return true;
+}
+
+// A grant that leads nowhere either is followed by another event after a while.
+void Bot::Renew(client::TimePoint now) {
+  client::JoinOptions join = join_;
+  join.returning = client_->return_token();
+  join.deadline = kRenewTimeout;
+  const auto grant = client::Client::GetGrant(join);
+  if (grant.ok() && client_->Renew(*grant).ok()) {
+    renew_at_.reset();
+  } else {
+    renew_at_ = now + kRenewInterval;
+  }
 }
 
 void Bot::Steer(const client::SeenBody& self) {

@@ -32,7 +32,8 @@ class Bot {
   // at most. Errors: those of Client::Join; the bot stays ended.
   absl::Status ComeBack();
 
-  // One frame of a game: takes in, steers, looks. Call about 60 times a second. False once the client has ended.
+  // One frame of a game: takes in, steers, looks. Call about 60 times a second. False once the client has ended. Where
+  // the client needs a newer grant it asks the control plane, for whose answer it waits, 1 s at most.
   bool Frame(client::TimePoint now);
 
   client::Client& client() { return *client_; }
@@ -47,6 +48,7 @@ class Bot {
  private:
   Bot(std::unique_ptr<client::Client> client, client::JoinOptions join, std::uint64_t seed)
       : client_(std::move(client)), join_(std::move(join)), random_(seed), arena_player_(seed) {}
+  void Renew(client::TimePoint now);
   void Steer(const client::SeenBody& self);
   void PlayArena(const client::SeenBody& self, client::TimePoint now);
   double Random();  // in [0, 1)
@@ -54,6 +56,7 @@ class Bot {
   std::unique_ptr<client::Client> client_;
   client::JoinOptions join_;
   std::uint64_t random_;
+  std::optional<client::TimePoint> renew_at_;  // the client is without a region, and wants another grant
   std::optional<Vec3d> waypoint_;
   arena::ArenaPlayer arena_player_;
   client::TimePoint next_play_;

@@ -370,11 +370,12 @@ void GamePort::ReportRefused(net::PeerHandle peer, ConnectedClient& client, std:
   Send(peer, message);
 }
 
-void GamePort::Close(const std::string& reason) {
+void GamePort::Close(const std::string& reason, bool goes_on) {
   closed_because_ = reason;
   endpoint_->Close(reason);
   v1::RegionControl stopping;
   stopping.mutable_stopping()->set_reason(reason);
+  stopping.mutable_stopping()->set_goes_on(goes_on);
   for (const auto& [peer, client] : clients_) {
     Send(peer, stopping);
     endpoint_->Disconnect(peer);

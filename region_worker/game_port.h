@@ -137,7 +137,8 @@ class GamePort {
   // connections are closed.
   void Replace(PlayerNumber player, net::Generation generation);
   // Announces that the region ends, and ends all connections in order.
-  void Close(const std::string& reason);
+  // `goes_on`: the world need not end with this worker, so clients look for it elsewhere.
+  void Close(const std::string& reason, bool goes_on = false);
   // True while farewells are under way; Service carries them on.
   bool draining() const { return endpoint_->connections() > 0; }
 

@@ -425,6 +425,7 @@ TEST(WorkerClientTest, SigtermTellsClientsThatTheRegionEnds) {
   ASSERT_TRUE(client->Until([&] { return client->tick > Tick(0); }));
   cluster.worker(1).Signal(SIGTERM);
   EXPECT_TRUE(client->Until([&] { return client->stopping.has_value() && client->disconnected; }));
+  EXPECT_FALSE(client->stopping->goes_on()) << "nobody is known to run it elsewhere";
   EXPECT_EQ(cluster.worker(1).Wait(), 0);
 }
 

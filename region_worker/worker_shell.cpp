@@ -128,7 +128,7 @@ void WorkerShell::TakeFromAgent(TimePoint now) {
   if (agent_ == nullptr) return;
   if (const std::optional<v1::WorkerOrder> order = agent_->TakeOrder()) core_->TakeOrder(*order, now);
   if (const std::optional<v1::LeaseRenewal> renewal = agent_->TakeLease()) core_->TakeLease(*renewal);
-  if (agent_->refused()) core_->Stop("the agent does not know this worker");
+  if (agent_->refused()) core_->StopHere("the agent does not know this worker");
   CarryOut();
 }
 
@@ -377,7 +377,7 @@ void WorkerShell::Do(const PrintFailure& action) { PrintError(action.reason); }
 void WorkerShell::SayFarewell() {
   (void)core_->Advance(Clock::now());  // the last report
   CarryOut();
-  game_->Close(core_->stop_reason());
+  game_->Close(core_->stop_reason(), core_->goes_on());
   links_->Close();
   const TimePoint until = Clock::now() + kFarewell;
   for (TimePoint now = Clock::now(); now < until && (game_->draining() || links_->draining()); now = Clock::now()) {

@@ -217,6 +217,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   order.resumed = MapVersion(message.resumed_version());
   order.run = message.run();
   order.stop = message.stop();
+  order.goes_on = message.goes_on();
   order.snapshot_rate_hz = message.snapshot_rate_hz() == 0 ? kDefaultSnapshotRateHz : message.snapshot_rate_hz();
   if (order.snapshot_rate_hz > kMaxTickRateHz) {
     return absl::InvalidArgumentError(absl::StrCat("snapshot_rate_hz: ", order.snapshot_rate_hz));

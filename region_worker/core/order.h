@@ -85,6 +85,7 @@ struct Order {
   std::vector<PeerAddress> peers;
   std::vector<OrderedPlayer> players;
   bool run = false, stop = false;
+  bool goes_on = false;  // with `stop`: the instance need not end
   std::uint32_t snapshot_rate_hz = 30;
   region::RegionSettings borders;
   std::optional<OrderedFailover> failover;

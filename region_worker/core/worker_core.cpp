@@ -39,6 +39,7 @@ void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
                        " planned=", order_.planned ? order_.planned->map.version().value() : 0,
                        " standby=", order_.standby.value(), " primaries=", order_.primaries.size(),
                        " run=", order_.run ? "true" : "false", " stop=", order_.stop ? "true" : "false"));
+  if (order_.stop && order_.goes_on) return StopHere("the region goes on elsewhere, or from a checkpoint");
   if (order_.stop) return Stop("the instance ends");
   if (run_) {
     FollowOrder(now);
@@ -62,7 +63,7 @@ void WorkerCore::FollowOrder(TimePoint now) {
   }
   links_.SetAddresses(order_.peers, actions_);
   if (const absl::Status followed = run_->Follow(order_, now, links_, actions_); !followed.ok()) return Fail(followed);
-  if (run_->failovers().fenced()) return Stop("fenced: another region has taken its place");
+  if (run_->failovers().fenced()) return StopHere("fenced: another region has taken its place");
   links_.SetPartners(run_->Partners(order_), actions_);
   FollowNextGame();
   ReportInventory(now);
@@ -448,10 +449,16 @@ void WorkerCore::Stop(std::string reason) {
   stop_reason_ = std::move(reason);
 }
 
+void WorkerCore::StopHere(std::string reason) {
+  if (stopping()) return;
+  goes_on_ = true;
+  Stop(std::move(reason));
+}
+
 void WorkerCore::Fail(const absl::Status& status) {
   failure_ = std::string(status.message());
   actions_.emplace_back(PrintFailure{failure_});
-  Stop("it failed");
+  StopHere("it failed");
 }
 
 }  // namespace tessera::worker

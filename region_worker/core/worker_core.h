@@ -106,9 +106,12 @@ class WorkerCore {
 
   // --- The end. The last report is among the actions of the next Advance.
   void Stop(std::string reason);
+  void StopHere(std::string reason);  // this worker alone
   void Fail(const absl::Status& status);
   bool stopping() const { return phase_ == v1::WORKER_PHASE_STOPPING; }
   const std::string& stop_reason() const { return stop_reason_; }
+  // Whether this worker alone ends, and the world need not.
+  bool goes_on() const { return goes_on_; }
   const std::string& failure() const { return failure_; }  // empty: it stops in order
 
   // In order; valid until the next call.
@@ -166,6 +169,7 @@ class WorkerCore {
   bool inventory_sent_ = false;
   ReportGate report_gate_;
   std::string stop_reason_, failure_;
+  bool goes_on_ = false;
   Actions actions_, taken_;
 };
 

@@ -113,6 +113,7 @@ TEST_F(WorkerCoreTest, ASceneThatCannotBeReadEndsItWithAReason) {
   TakeOrder();
   core.SceneLoaded(absl::NotFoundError("scene.json: no such file"), now);
   EXPECT_TRUE(core.stopping());
+  EXPECT_TRUE(core.goes_on()) << "another worker may take its place";
   EXPECT_THAT(core.failure(), HasSubstr("no such file"));
   const v1::WorkerReport last = ReportIn(Advance());
   EXPECT_EQ(last.phase(), v1::WORKER_PHASE_STOPPING);
@@ -239,8 +240,23 @@ TEST_F(WorkerCoreTest, AnInstanceThatEndsStopsItInOrder) {
   order.set_stop(true);
   TakeOrder();
   EXPECT_TRUE(core.stopping());
+  EXPECT_FALSE(core.goes_on());
+  EXPECT_EQ(core.stop_reason(), "the instance ends");
   EXPECT_EQ(core.failure(), "");
   EXPECT_THAT(AllOf<PublishStep>(Advance()), IsEmpty());
+}
+
+TEST_F(WorkerCoreTest, AWorkerThatIsNoLongerWantedSaysThatTheWorldGoesOn) {
+  order.set_run(true);
+  TakeOrder();
+  Load();
+  Advance();
+  order.set_stop(true);
+  order.set_goes_on(true);
+  TakeOrder();
+  EXPECT_TRUE(core.stopping());
+  EXPECT_TRUE(core.goes_on());
+  EXPECT_EQ(core.failure(), "");
 }
 
 TEST_F(WorkerCoreTest, LetsInThePlayersThatItsOrderNames) {

@@ -84,6 +84,46 @@ TEST_F(CheckpointTest, ARestoredWorldGoesOnFromItsCheckpointAndItsPlayersComeBac
   }));
 }
 
+// The workers that end say that the world does not, so a client asks for a newer grant and does not end.
+TEST_F(CheckpointTest, APlayerOfARestoredWorldComesBackByItselfWithTheSameClient) {
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 4});
+  ASSERT_TRUE(PlayUntilProtected());
+  const auto ann = local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), "ann", 3);
+  ASSERT_TRUE(ann.ok()) << ann.status();
+  client::Client& client = (*ann)->client();
+  const BodyId body = client.own_body();
+  std::vector<client::ClientEvent> events;
+  const auto play = [&] {
+    const bool going = (*ann)->Frame(client::Clock::now());
+    events.insert(events.end(), (*ann)->events().begin(), (*ann)->events().end());
+    return going;
+  };
+  const auto count = [&](client::ClientEvent::Kind kind) {
+    return std::ranges::count(events, kind, &client::ClientEvent::kind);
+  };
+  ASSERT_TRUE(PlayUntil("she walks", [&] { return play() && client.last_applied_input() > 60; }));
+  const std::uint64_t tick = Checkpoint();
+  // Further back than the restored world has come when she is in it again.
+  ASSERT_TRUE(PlayUntil("ten seconds later", [&] { return play() && client.tick().value() > tick + 600; }));
+  const auto pids = Pids();
+  const support::RunResult restored = Tessera({"instance", "restore", run_->instance_id()});
+  ASSERT_EQ(restored.exit_code, 0) << restored.err;
+  using Kind = client::ClientEvent::Kind;
+  ASSERT_TRUE(PlayUntil("the world of then", [&] { return !play() || count(Kind::kRestored) > 0; }));
+  EXPECT_EQ(client.state(), client::ClientState::kPlaying) << client.reason();
+  const auto lost = std::ranges::find(events, Kind::kRegionLost, &client::ClientEvent::kind);
+  ASSERT_NE(lost, events.end());
+  EXPECT_THAT(lost->detail, HasSubstr("goes on elsewhere"));
+  EXPECT_GE(count(Kind::kGrantNeeded), 1);
+  ASSERT_TRUE(PlayUntil("she sees herself and all others, and walks", [&] {
+    return play() && client.World().contains(body) && client.World().size() > kBodies &&
+           client.last_applied_input() > 0;
+  }));
+  EXPECT_EQ(&(*ann)->client(), &client);
+  EXPECT_EQ(client.own_body(), body);
+  EXPECT_TRUE(std::ranges::none_of(Pids(), [&](const auto& at) { return pids.at(at.first) == at.second; }));
+}
+
 TEST_F(CheckpointTest, ADamagedCheckpointIsRefusedByNameAndTheOneBeforeItIsUsed) {
   Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
   ASSERT_TRUE(PlayUntilProtected());
