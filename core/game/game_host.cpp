@@ -164,7 +164,9 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
   made_ = 0;
   sent_ = 0;
   lines_this_tick_ = 0;
-  Wait(events);
+  for (const GameEvent& event : events) {
+    if (!TellByMessage(event, world)) Wait({&event, 1});
+  }
   if (number_ > 0 && migrates_) RunMigrations(world);
   SettleAllJoints(world);
   SettleAllControl(world);

@@ -98,7 +98,8 @@ class GameHost {
   GameHost(const GameHost&) = delete;
   GameHost& operator=(const GameHost&) = delete;
 
-  // After the step to `tick`. `events` of bodies that the region does not own are left out; their owner calls them.
+  // After the step to `tick`. `events` of bodies that the region does not own are sent to their owners, once each, by
+  // the other body of the pair where that one is owned here; others are left out.
   // Bodies of players that leave are removed.
   void Run(Tick tick, std::span<const GameEvent> events, GameWorld& world, const PlayerChanges& players = {});
   // Loads the game's code anew.
@@ -157,6 +158,10 @@ class GameHost {
   void RunCommands(GameWorld& world);
   void RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world);
   void RunEvents(GameWorld& world);
+  // Whether the event goes to its body in a message of the other body's, which reports it: the body is owned elsewhere,
+  // or an earlier event of the pair is still on such a way.
+  bool TellByMessage(const GameEvent& event, GameWorld& world);
+  void RunToldEvent(BodyId target, const HeldMessage& message, GameWorld& world);
   void RunMessages(GameWorld& world);
   void RunMessage(BodyId target, const HeldMessage& message, GameWorld& world);
   void RunAnswers(GameWorld& world);

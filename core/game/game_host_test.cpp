@@ -55,6 +55,63 @@ TEST_F(GameHostTest, AnEventOfABodyThatIsNotOwnedIsItsOwners) {
   EXPECT_EQ(host->statistics().calls, 0U);
 }
 
+// The owner of the lower body of a pair has the reports of both.
+TEST_F(GameHostTest, AnEventOfANeighboursBodyGoesThereByAMessageOfTheLowerOne) {
+  std::vector<std::string> called;
+  const auto note = [&](const char* what) {
+    return [&called, what](GameCalls&, Arguments arguments) {
+      called.push_back(what + std::to_string(arguments[0].as.id) + std::to_string(arguments[1].as.id));
+      return true;
+    };
+  };
+  world.Add(1, kCrate);
+  world.Add(2, kBallKind, false);
+  game.On(kOnBodyContact, "ball", [&](GameCalls& calls, Arguments arguments) {
+    EXPECT_EQ(FieldsFrom(arguments[2]).value()[0].second, GameValue(7.0));
+    return note("met ")(calls, arguments);
+  });
+  game.On(kOnBodyContactEnded, "ball", note("left "));
+  Load();
+  GameEvent met = Contact(2, 1), back = Contact(1, 2);
+  met.contact = {{1, 2, 3}, {0, 1, 0}, 7};
+  Run({back, met});
+  EXPECT_THAT(called, IsEmpty());
+  ASSERT_EQ(world.record(1).mail.outbox.size(), 1U) << "and none where the kind does not ask";
+  const SentMessage sent = world.record(1).mail.outbox[0];
+  EXPECT_EQ(sent.target, BodyId(2));
+  EXPECT_EQ(sent.made, tick);
+
+  // Body 2 comes here before the message does. That they parted is not told before that they met.
+  world.Add(2, kBallKind);
+  Run({{kOnBodyContactEnded, BodyId(2), BodyId(1)}});
+  Run();
+  Run();
+  EXPECT_THAT(called, IsEmpty());
+  GameRecord record = world.record(2);
+  record.mail.Take({BodyId(1), sent.number, sent.after, sent.made, tick + 1, 1, sent.what}, tick);
+  world.Commit(BodyId(2), {}, record, false);
+  GameRecord reporter = world.record(1);
+  reporter.mail.Acknowledged(BodyId(2), sent.number);
+  world.Commit(BodyId(1), {}, reporter, false);
+  Run();
+  EXPECT_THAT(called, ElementsAre("met 21", "left 21"));
+  // Then nothing is under way, and events are called at once again.
+  Run({met});
+  EXPECT_THAT(called, ElementsAre("met 21", "left 21", "met 21"));
+  Run();
+  EXPECT_THAT(Lines(), IsEmpty());
+}
+
+TEST_F(GameHostTest, AnEventThatFindsNoRoomForItsMessageIsCounted) {
+  world.Add(1, kCrate);
+  world.Add(2, kBallKind, false);
+  game.On(kOnBodyContact, "ball", [](GameCalls&, Arguments) { return true; });
+  Load();
+  for (std::size_t i = 0; i < kMaxOutbox + 3; ++i) Run({Contact(2, 1)});
+  EXPECT_EQ(world.record(1).mail.outbox.size(), kMaxOutbox);
+  EXPECT_EQ(host->statistics().dropped_events, 3U);
+}
+
 TEST_F(GameHostTest, EffectsOfACallAreThereForTheNext) {
   world.Add(1, kCrate);
   game.On(kOnBodyContact, "crate", [](GameCalls& calls, Arguments arguments) {

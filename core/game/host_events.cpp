@@ -8,6 +8,7 @@
 #include "core/game/game_host.h"
 #include "core/game/host_values.h"
 #include "core/game/joint_calls.h"
+#include "core/game/message_calls.h"
 #include "game_sdk/api/api.h"
 
 namespace tessera::game {
@@ -140,6 +141,67 @@ void GameHost::RunEvents(GameWorld& world) {
     }
     Call(world, event.callback, event.self, def->kind, std::span(arguments).first(count));
   }
+}
+
+// The owner of a pair's lower body has the reports of both, and each report becomes one message, in the tick that has
+// it. Both are in that tick's state, so a death takes back both or none.
+bool GameHost::TellByMessage(const GameEvent& event, GameWorld& world) {
+  if (event.callback < kOnBodyContact || event.callback > kOnBodyLeft) return false;
+  if (event.self < event.other || !world.Owns(event.other)) return false;
+  const BodyDef* const here = world.Find(event.self);
+  const BodyDef* const def = here != nullptr ? here : DefinitionOf(*scene_, event.self);
+  if (def == nullptr || def->motion != Motion::kDynamic || def->kind == 0) return false;
+  if (!HandlerOf(event.callback, def->kind).there) return false;
+  if (world.Owns(event.self)) {
+    const auto reports = [](const Message& what) { return what.verb > kEventVerbs; };
+    const Mail from = world.RecordOf(event.other).mail, to = world.RecordOf(event.self).mail;
+    const bool left = std::ranges::any_of(
+        from.outbox, [&](const SentMessage& sent) { return sent.target == event.self && reports(sent.what); });
+    const bool waits = std::ranges::any_of(
+        to.inbox, [&](const HeldMessage& held) { return held.sender == event.other && reports(held.what); });
+    if (!left && !waits) return false;
+  }
+  Message message;
+  message.speaker = event.other;
+  message.verb = kEventVerbs + event.callback;
+  if (event.contact) {
+    const auto values = EncodeFields(
+        {{"impulse", event.contact->impulse}, {"normal", event.contact->normal}, {"point", event.contact->point}});
+    if (values.ok()) message.values = *values;
+  }
+  Transaction transaction = Begin(world);
+  if (!transaction.Send(event.other, event.self, tick_, std::move(message)).ok()) {
+    ++statistics_.dropped_events;
+    return true;
+  }
+  sent_ += transaction.sent();
+  statistics_.messages.sent += transaction.sent();
+  transaction.Commit();
+  return true;
+}
+
+// The other body may be out of this region's sight by now.
+void GameHost::RunToldEvent(BodyId target, const HeldMessage& message, GameWorld& world) {
+  NoteApplied(message);
+  const std::uint32_t callback = message.what.verb - kEventVerbs;
+  const BodyDef* const def = world.Find(target);
+  const bool known = callback >= kOnBodyContact && callback <= kOnBodyLeft && def != nullptr;
+  const bool begins = callback == kOnBodyContact || callback == kOnBodyEntered;
+  const auto take = [&](Transaction& transaction) {
+    return transaction.Own(target)->record.mail.Applied(message.sender, message.number, tick_);
+  };
+  if (!known || (begins && world.IsRemoved(message.what.speaker))) {
+    Transaction transaction = Begin(world);
+    take(transaction);
+    transaction.Commit();
+    return;
+  }
+  const KeptFields values(message.what.values);
+  const std::array<tessera_game_value, 3> arguments{
+      BodyResult(target), BodyResult(message.what.speaker),
+      message.what.values.empty() ? tessera_game_value{} : values.value()};
+  const std::size_t count = callback == kOnBodyContact ? 3 : 2;
+  Call(world, callback, target, def->kind, std::span(arguments).first(count), take);
 }
 
 void GameHost::RunTimers(GameWorld& world) {

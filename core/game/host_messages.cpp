@@ -32,6 +32,7 @@ void GameHost::RunMessages(GameWorld& world) {
 
 void GameHost::RunMessage(BodyId target, const HeldMessage& message, GameWorld& world) {
   if (message.what.verb == kWorldPublish && target == kInstanceBody) return RunPublish(message, world);
+  if (message.what.verb > kEventVerbs) return RunToldEvent(target, message, world);
   if (message.what.verb != 0) return RunVerb(target, message, world);
   const KeptFields values(message.what.values);
   const std::array<tessera_game_value, 4> arguments{BodyResult(target), TextResult(message.what.name), values.value(),

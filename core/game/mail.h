@@ -32,6 +32,10 @@ inline constexpr std::uint64_t kIdleTicks = 60;
 inline constexpr std::uint64_t kDirectTicks = 2;
 constexpr std::uint64_t DeliveryTicks(std::uint32_t hops) { return hops <= 1 ? 4 : 4 + 2 * (std::uint64_t{hops} - 1); }
 
+// A verb above this one reports a contact or an overlap of the speaker and the target to the target's callback of that
+// number: kEventVerbs + kOnBodyContact and so on. It is above all numbers of functions.
+inline constexpr std::uint32_t kEventVerbs = 1024;
+
 struct Message {
   BodyId speaker;          // the body whose callback sent it; 0: the world
   std::uint32_t verb = 0;  // a function of the table that its target carries out; 0: it is for on_message

@@ -29,14 +29,6 @@ absl::Status MessageFault(const Function& function, absl::string_view what) {
 
 tessera_game_value Returned(const GameValue& value) { return ToInterface(value); }
 
-// The scene's definition of a body that may be in another region, or nothing for an id that nobody gave.
-const BodyDef* DefinitionOf(const Scene& scene, BodyId id) {
-  if (IsPlayerBody(id)) return scene.player.has_value() ? &scene.player->body : nullptr;
-  if (IsSpawned(id)) return PrefabBodyOf(scene, id);
-  const auto at = std::ranges::lower_bound(scene.bodies, id, {}, &BodyDef::id);
-  return at != scene.bodies.end() && at->id == id ? &*at : nullptr;
-}
-
 BodyId CarrierOf(const tessera_game_call& call) {
   if (call.self == BodyId() || call.self == kInstanceBody) return kInstanceBody;
   const BodyDef* def = call.transaction.world().Find(call.self);
@@ -226,6 +218,13 @@ absl::StatusOr<tessera_game_value> ChangeInstance(tessera_game_call& call, const
 }
 
 }  // namespace
+
+const BodyDef* DefinitionOf(const Scene& scene, BodyId id) {
+  if (IsPlayerBody(id)) return scene.player.has_value() ? &scene.player->body : nullptr;
+  if (IsSpawned(id)) return PrefabBodyOf(scene, id);
+  const auto at = std::ranges::lower_bound(scene.bodies, id, {}, &BodyDef::id);
+  return at != scene.bodies.end() && at->id == id ? &*at : nullptr;
+}
 
 absl::Status SendFrom(tessera_game_call& call, const Function& function, BodyId target, Message message) {
   return Send(call, function, target, std::move(message));

@@ -25,6 +25,9 @@ absl::StatusOr<tessera_game_value> CallSend(tessera_game_call& call, const Funct
 absl::StatusOr<tessera_game_value> CallInstance(tessera_game_call& call, const Function& function,
                                                 std::span<const tessera_game_value> arguments);
 
+// The scene's definition of a body that may be in another region, or nothing for an id that nobody gave.
+const BodyDef* DefinitionOf(const Scene& scene, BodyId id);
+
 // Sends a message that goes with the record of whom the callback is about. The target moves.
 absl::Status SendFrom(tessera_game_call& call, const Function& function, BodyId target, Message message);
 

@@ -3,8 +3,8 @@
 //
 // Bodies that the game makes are owned from the end of the tick on, and those that it removes are gone by then.
 //
-// A pair's begin or end is an event for both of its bodies, as far as this region owns them; static bodies are told
-// where the pair is reported. Thread rule: one thread at a time.
+// A pair's begin or end is an event for both of its bodies; the one that another region owns gets it by a message, and
+// static bodies are told where the pair is reported. Thread rule: one thread at a time.
 #pragma once
 
 #include <map>

@@ -72,8 +72,10 @@ constexpr Callback kCallbacks[] = {
      "anything else of it; its properties and timers are as the other game left them. If it fails they stay so."},
     {kOnBodyTick, Receiver::kBody, "on_tick", {}, "Once a tick for each body of this kind."},
     {kOnBodyContact, Receiver::kBody, "on_contact", kContactParameters,
-     "The body began to touch another one. Called for each of the two that the region owns which reports the touch: "
-     "that of the body with the lower id. Nothing is told of a body that an earlier callback of the tick removed."},
+     "The body began to touch another one. Each of the two is called once, whichever regions own them: in the same "
+     "tick "
+     "where one region owns both, else the one with the higher id 4 ticks later, by a message of the other one, which "
+     "may be out of sight by then. Nothing is told of a body that an earlier callback of the tick removed."},
     {kOnBodyContactEnded, Receiver::kBody, "on_contact_ended", kContactEndedParameters,
      "The body touches the other one no more; the other may be gone."},
     {kOnBodyEntered, Receiver::kBody, "on_entered", kEnterParameters, "For triggers: a body came to overlap it."},
