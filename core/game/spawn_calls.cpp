@@ -9,6 +9,7 @@
 #include "core/game/option_reader.h"
 #include "core/world/limits.h"
 #include "core/world/prefab.h"
+#include "core/world/query.h"
 
 namespace tessera::game {
 namespace {
@@ -50,6 +51,33 @@ absl::StatusOr<SpawnOrder> SpawnOrderFrom(const tessera_game_call& call, const F
   return order;
 }
 
+// A ray of this length, m, from a point begins in the bodies that the point is inside of.
+constexpr double kInsideProbe_m = 1e-3;
+
+// Whether one of the prefab's bodies would have its place inside a static body that it collides with. INVALID_ARGUMENT
+// names both. A mesh and a height field have no inside.
+absl::Status CheckFree(const GameWorld& world, const Prefab& prefab, const SpawnMotion& motion, std::uint64_t* work) {
+  for (std::size_t member = 0; member < prefab.bodies.size(); ++member) {
+    const BodyDef& body = prefab.bodies[member];
+    if (body.trigger || body.kinematic || body.motion != Motion::kDynamic) continue;
+    BodyQuery query;
+    query.from = SpawnedState(body, motion).position;
+    query.to = query.from + Vec3d{0, kInsideProbe_m, 0};
+    query.filter.layers = body.layer.collides;
+    query.filter.dynamic_bodies = false;
+    const QueryResult found = world.FindBodies(query, nullptr);
+    *work += found.work;
+    if (found.hits.empty() || found.hits.front().fraction > 0) continue;
+    const BodyId id = found.hits.front().body;
+    const BodyDef* const wall = world.Find(id);
+    return ArgumentFault(
+        "spawn", absl::StrCat(prefab.bodies.size() == 1 ? "" : absl::StrCat("body ", member + 1, " of "), "\"",
+                              prefab.name, "\" would be inside static body ", id.value(),
+                              wall == nullptr || wall->name.empty() ? "" : absl::StrCat(" \"", wall->name, "\"")));
+  }
+  return absl::OkStatus();
+}
+
 std::string PrefabNames(const Scene& scene) {
   return scene.prefabs.empty() ? "none"
                                : absl::StrJoin(scene.prefabs, ", ", [](std::string* out, const Prefab& prefab) {
@@ -71,8 +99,18 @@ absl::StatusOr<tessera_game_value> CallSpawn(tessera_game_call& call, const Func
   const absl::StatusOr<SpawnOrder> order = SpawnOrderFrom(call, function, arguments);
   if (!order.ok()) return order.status();
   const auto place = static_cast<std::size_t>(prefab - scene.prefabs.begin());
-  const absl::StatusOr<BodyId> first = call.transaction.Spawn(place, order->motion);
-  if (!first.ok()) return absl::Status(first.status().code(), absl::StrCat("spawn: ", first.status().message()));
+  std::uint64_t work = 0;
+  absl::Status status = CheckFree(call.transaction.world(), *prefab, order->motion, &work);
+  absl::StatusOr<BodyId> first = BodyId();
+  if (status.ok()) {
+    first = call.transaction.Spawn(place, order->motion);
+    if (!first.ok()) status = {first.status().code(), absl::StrCat("spawn: ", first.status().message())};
+  }
+  if (!status.ok()) {
+    // A body that is made counts against the tick's spawns; a try that fails has to cost something.
+    call.instructions += work;
+    return status;
+  }
   for (std::size_t member = 0; member < prefab->bodies.size(); ++member) {
     call.transaction.Own(WithMember(*first, member))->record.expires = order->expires;
   }

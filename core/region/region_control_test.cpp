@@ -217,6 +217,33 @@ TEST_F(RegionControlTest, OfTwoWhoAskTheFirstGetsTheBodyAndTheOtherTheReason) {
   }
 }
 
+// A client names the body that its input is for. It is believed only about its own, whatever moves beside it.
+TEST_F(RegionControlTest, AnInputForAnothersBodyIsRefusedByNameAndMovesNothing) {
+  Begin({{-8, 0, 5}});
+  Steps(2);
+  Control(kAda, kCar);
+  Steps(4);
+  ExpectMoves(kAda, kCar);
+  std::uint32_t number = 0;
+  for (const BodyId body : {kCar, PlayerBodyId(kAda)}) {
+    PlayerInput input;
+    input.number = ++number;
+    input.player = kBob;
+    input.body = body;
+    input.force_n = {static_cast<float>(kNewtons), 0, 0};
+    const absl::Status status = one->QueueInput(input);
+    EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied);
+    EXPECT_EQ(status.message(), "body " + std::to_string(body.value()) + " is not player 2's");
+  }
+  Steps(10);
+  EXPECT_EQ(StateOf(kCar).linear_velocity, Vec3f());
+  EXPECT_EQ(StateOf(PlayerBodyId(kBob)).linear_velocity, Vec3f());
+  ExpectMoves(kAda, kCar);
+  Push(kAda, 5);
+  Steps(3);
+  EXPECT_NEAR(StateOf(kCar).linear_velocity.x, 5 * kNewtons / 60, 1e-4) << "whoever moves it is not disturbed";
+}
+
 TEST_F(RegionControlTest, ABodyLetGoInTheSameTickIsTaken) {
   Begin({{-8, 0, 5}});
   Steps(2);

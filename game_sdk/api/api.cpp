@@ -162,7 +162,8 @@ constexpr Function kFunctions[] = {
      "Writes a line with tick and body to the log, a few of them a second."},
     {kWorldSpawn, Receiver::kWorld, "spawn", kSpawnParameters, kBodyType,
      "Makes a prefab, owned by this region until it is handed over, and returns its first body. All of its bodies are "
-     "there from the next tick on, and their properties may be set at once."},
+     "there from the next tick on, and their properties may be set at once. A place inside a static body that one of "
+     "them collides with is refused; a mesh and a height field have no inside."},
     {kWorldRay, Receiver::kWorld, "ray", kRayParameters, kFieldsType | kNothingType,
      "The first body that a ray meets, of those that this region sees: `body`, `point` and `normal` of its surface, "
      "`fraction` of the ray before it and `distance` in m; nothing if there is none. A ray that begins inside of a "

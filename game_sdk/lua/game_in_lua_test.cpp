@@ -234,6 +234,76 @@ TEST_F(GameInLuaTest, ACrateThrowsABallThatExpires) {
   EXPECT_THAT(world.ids(), SizeIs(2));
 }
 
+TEST_F(GameInLuaTest, AMillionSpawnsAreRefusedWithTheirLineAndMakeNothing) {
+  world.Add(1, 1);
+  Load(R"(
+    function on_tick()
+      for i = 1, 1000000 do
+        world.spawn("ball", vec(0, 50, 0))
+      end
+    end
+    kinds.crate = { on_tick = function(self) self.health = self.health - 1 end }
+  )");
+  Run();
+  EXPECT_THAT(Lines(), ElementsAre("error: game.lua:4: spawn: more bodies than a region may make in a tick"));
+  EXPECT_THAT(world.ids(), ElementsAre(BodyId(1))) << "none of those that it could have made is there";
+  EXPECT_EQ(host->statistics().spawned, 0U);
+  EXPECT_EQ(host->statistics().errors, 1U);
+  const auto spawns = host->statistics().effects[static_cast<std::size_t>(Effect::kSpawn)];
+  EXPECT_EQ(spawns.discarded, GameSettings().spawns_per_tick);
+  EXPECT_EQ(spawns.refused, 1U);
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{99})) << "all else goes on in the same tick";
+}
+
+// One that goes on whatever it is told ends with its instructions.
+TEST_F(GameInLuaTest, AMillionSpawnsThatIgnoreTheRefusalEndWithTheBudget) {
+  world.Add(1, 1);
+  Load(R"(
+    function on_tick()
+      for i = 1, 1000000 do
+        pcall(world.spawn, "ball", vec(0, 50, 0))
+      end
+    end
+    kinds.crate = { on_tick = function(self) self.health = self.health - 1 end }
+  )");
+  for (std::int64_t left = 99; left > 90; --left) {
+    const std::uint64_t before = host->statistics().instructions;
+    Run();
+    EXPECT_THAT(Lines(), ElementsAre(HasSubstr("game.lua:4: too much work")));
+    EXPECT_THAT(world.ids(), ElementsAre(BodyId(1)));
+    EXPECT_LE(host->statistics().instructions - before, GameSettings().instructions_per_tick);
+    EXPECT_EQ(world.property(1, "health"), PropertyValue(left));
+  }
+}
+
+TEST_F(GameInLuaTest, ASpawnInsideAWallIsRefusedWithItsLineAndMakesNothing) {
+  world.Add(1, 1);
+  world.Add(9, 0, false);
+  world.def(9).motion = Motion::kStatic;
+  world.def(9).name = "wall";
+  Load(R"(
+    kinds.crate = {
+      on_contact = function(self)
+        self.health = 5
+        world.spawn("ball", self:position())
+      end,
+    })");
+  QueryHit hit;
+  hit.body = BodyId(9);
+  world.answer.hits = {hit};
+  Touch();
+  EXPECT_THAT(Lines(), ElementsAre("error: game.lua:5: spawn: \"ball\" would be inside static body 9 \"wall\""));
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{100}));
+  EXPECT_EQ(host->statistics().spawned, 0U);
+  EXPECT_EQ(host->statistics().errors, 1U);
+  ASSERT_THAT(world.asked, SizeIs(1));
+  EXPECT_FALSE(world.asked[0].filter.dynamic_bodies) << "bodies that move are pushed out of each other";
+  EXPECT_FALSE(world.asked[0].filter.triggers);
+  world.answer.hits[0].fraction = 0.5;  // it begins outside
+  Touch();
+  EXPECT_EQ(host->statistics().spawned, 1U);
+}
+
 // A message with a text field that is not UTF-8 is refused as a whole by whoever parses it.
 TEST_F(GameInLuaTest, LinesAreUtf8WhateverTheGameMakesOfThem) {
   Load(R"(

@@ -8,6 +8,7 @@ local MATCH_S = 180
 local BREAK_S = 10
 local THROW_SPEED = 16 -- m/s
 local THROW_TICKS = 30 -- between two throws of a player
+local BALL_RADIUS = 0.25 -- m
 local BALL_TICKS = 600 -- that a ball lives
 local GRAB_REACH = 3 -- m
 local HOLD_STIFFNESS, HOLD_DAMPING = 3000, 300 -- N/m, N s/m of the spring that holds what a player grabbed
@@ -121,7 +122,10 @@ function on_command(player, bytes)
     body.ready_at = world.tick() + THROW_TICKS
     return let_go(body, body:velocity() + HELD_THROW_SPEED * ahead)
   end
-  local from = body:position() + vec(0, 0.6, 0) + ahead
+  -- Short of a wall: nothing is made inside of one.
+  local eye = body:position() + vec(0, 0.6, 0)
+  local wall = world.ray(eye, eye + ahead, { dynamic = false })
+  local from = eye + (wall and math.max(wall.distance - BALL_RADIUS, 0) or 1) * ahead
   local ball = world.spawn("ball", from, { velocity = body:velocity() + THROW_SPEED * ahead })
   ball.thrower, ball.team = body, body.team
   ball:after(BALL_TICKS, "end")
