@@ -20,6 +20,16 @@ constexpr std::chrono::milliseconds kGivenUpInterval{200};
 // How often it is looked how much room checkpoints have.
 constexpr std::chrono::milliseconds kRoomInterval{1000};
 
+// A game of another scene loads, and fails callback by callback: names that this scene lacks are refused by file and
+// line, INVALID_ARGUMENT.
+absl::Status CheckNames(const v1::GameSource& source, const Scene& scene) {
+  const std::vector<game::GameFault> faults = game::CheckGame({source.name(), source.content()}, scene);
+  if (faults.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(source.name(), ":", faults.front().line, ": ", faults.front().text,
+                   faults.size() > 1 ? absl::StrCat(" (and ", faults.size() - 1, " more)") : ""));
+}
+
 }  // namespace
 
 ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files,
@@ -164,6 +174,9 @@ absl::StatusOr<v1::Instance> ControlPlane::CreateInstance(const v1::CreateInstan
   }
   const auto plan = PlanInstance(request, guests);
   if (!plan.ok()) return plan.status();
+  if (request.spec().has_game()) {
+    if (absl::Status status = CheckNames(request.spec().game(), *plan->scene); !status.ok()) return status;
+  }
   return Call([&](Cluster& cluster, Now now) { return cluster.CreateInstance(now, *plan, request.validate_only()); });
 }
 
@@ -280,14 +293,7 @@ absl::StatusOr<v1::SetGameResponse> ControlPlane::SetGame(const v1::SetGameReque
   if (!scene.ok()) return scene.status();
   const auto hash = CheckGame(request.game(), "game", scene->scene);
   if (!hash.ok()) return hash.status();
-  // A game of another scene loads, and fails callback by callback: names that this scene lacks are refused here.
-  const std::vector<game::GameFault> faults =
-      game::CheckGame({request.game().name(), request.game().content()}, *scene->scene);
-  if (!faults.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(request.game().name(), ":", faults.front().line, ": ", faults.front().text,
-                     faults.size() > 1 ? absl::StrCat(" (and ", faults.size() - 1, " more)") : ""));
-  }
+  if (absl::Status status = CheckNames(request.game(), *scene->scene); !status.ok()) return status;
   auto changed = Call([&](Cluster& cluster, Now now) { return cluster.SetGame(now, request, *hash); });
   if (!changed.ok()) return changed.status();
   v1::SetGameResponse response;

@@ -111,6 +111,37 @@ TEST_F(GrpcServerTest, AnAgentFetchesTheGameOfAnInstanceWithItsSecretOnly) {
   EXPECT_EQ(response.game(), "function on_tick() end");
 }
 
+TEST_F(GrpcServerTest, AGameForAnotherSceneIsRefusedByFileAndLineWhereItComesIn) {
+  AddAgent();
+  v1::CreateInstanceRequest create = CreateRequest(1);
+  create.mutable_spec()->mutable_game()->set_name("game.lua");
+  create.mutable_spec()->mutable_game()->set_content("function on_tick() end");
+  v1::CreateInstanceResponse created;
+  ASSERT_TRUE(instances_->CreateInstance(&Context(), create, &created).ok());
+  const std::string foreign = "\nkinds.goat = { on_tick = function(self)\nself.wool = 1 end }\n";
+  const auto expect_refused = [](const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(status.error_message(), testing::StartsWith("game.lua:2: the scene has no bodies of the kind `goat`"));
+    EXPECT_THAT(status.error_message(), HasSubstr("(and 1 more)")) << "the property";
+  };
+  create.mutable_spec()->mutable_game()->set_content(foreign);
+  for (const bool dry_run : {true, false}) {
+    create.set_validate_only(dry_run);
+    v1::CreateInstanceResponse response;
+    expect_refused(instances_->CreateInstance(&Context(), create, &response));
+    v1::SetGameRequest set;
+    set.set_id(created.instance().id());
+    set.set_validate_only(dry_run);
+    *set.mutable_game() = create.spec().game();
+    v1::SetGameResponse answer;
+    expect_refused(instances_->SetGame(&Context(), set, &answer));
+  }
+  v1::ListInstancesResponse listed;
+  ASSERT_TRUE(instances_->ListInstances(&Context(), {}, &listed).ok());
+  ASSERT_EQ(listed.instances_size(), 1) << "nothing was made";
+  EXPECT_EQ(listed.instances(0).next_game_hash(), "");
+}
+
 TEST_F(GrpcServerTest, LinesOfAGameAreListedForInstancesThatRunOne) {
   AddAgent();
   v1::CreateInstanceRequest create = CreateRequest(1);

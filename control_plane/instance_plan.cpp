@@ -190,6 +190,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
     if (body.motion == Motion::kDynamic) plan.bodies.push_back(body.id);
   }
   std::sort(plan.bodies.begin(), plan.bodies.end());
+  plan.scene = loaded->scene;
   return plan;
 }
 

@@ -43,6 +43,7 @@ struct InstancePlan {
   std::vector<v1::Property> properties;       // that the scene declares
   std::vector<Vec3d> spawn_points;            // empty: nobody can join
   std::vector<BodyId> bodies;                 // dynamic, of the scene; ascending
+  std::shared_ptr<const Scene> scene;         // as it was checked
 };
 
 // kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000". A game is loaded
