@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "bench/engine.h"
+#include "bench/games_character.h"
 #include "bench/games_commands.h"
 #include "bench/games_reload.h"
+#include "bench/games_state.h"
 #include "bench/lag_shots.h"
 #include "bench/lockstep.h"
 #include "bench/statistics.h"
@@ -401,6 +403,8 @@ absl::Status RunGames(const SuiteOptions& options, Report& report) {
   if (wanted("callback")) MeasureCallbacks(ticks, report);
   if (wanted("plaza")) MeasurePlaza(ticks, report);
   if (wanted("reload")) MeasureReload(report);
+  if (wanted("character")) MeasureCharacter(options.quick, report);
+  if (wanted("state")) MeasureState(report);
   if (wanted("commands")) MeasureCommands(options.quick ? 200 : 2000, report);
   if (wanted("lag")) MeasureLagHits(options.quick, report);
   if (wanted("spawns")) MeasureSpawns(options.quick ? 4 : 60, report);
