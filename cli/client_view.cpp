@@ -106,6 +106,10 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
         return "no known address answers: a newer grant is needed";
       case Kind::kRestored:
         return "the world goes on from an earlier moment";
+      case Kind::kWorldPropertyChanged: {
+        const std::optional<PropertyValue> value = client.WorldPropertyOf(event.property);
+        return fmt::format("world: {} = {}", event.property, value ? PropertyText(*value) : "?");
+      }
     }
     return "?";
   };

@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <string>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
@@ -94,8 +96,9 @@ void RestartWorkers(const Globals& globals, const ChangeOptions& options) {
 }
 
 // Reads `value` as the type that the scene declares.
-v1::Property ReadProperty(const v1::Instance& instance, const std::string& name, const std::string& value) {
-  const auto& declared = instance.properties();
+v1::Property ReadProperty(const v1::Instance& instance, bool of_world, const std::string& name,
+                          const std::string& value) {
+  const auto& declared = of_world ? instance.world_properties() : instance.properties();
   const auto found = std::find_if(declared.begin(), declared.end(), [&](const auto& p) { return p.name() == name; });
   if (found == declared.end()) {
     std::string names;
@@ -147,12 +150,14 @@ void SetProperty(const Globals& globals, const ChangeOptions& options) {
   v1::SetPropertyRequest request;
   request.set_id(options.id);
   request.set_body(options.body);
-  *request.mutable_property() = ReadProperty(instance, options.property, options.value);
+  *request.mutable_property() = ReadProperty(instance, options.body == 0, options.property, options.value);
   request.set_validate_only(options.dry_run);
   connection.Call("instance set-property", connection.instances(), &v1::InstanceService::Stub::SetProperty, request,
                   Patience(options));
   PrintChange(globals, "instance", options.id,
-              fmt::format("body {}: {} = {}", options.body, options.property, options.value), options.dry_run, request);
+              fmt::format("{}: {} = {}", options.body == 0 ? "world" : fmt::format("body {}", options.body),
+                          options.property, options.value),
+              options.dry_run, request);
 }
 
 void Checkpoint(const Globals& globals, const ChangeOptions& options) {
@@ -253,8 +258,11 @@ void AddInstanceChangeCommands(CLI::App& instance, Globals& globals) {
   add_dry_run(restart);
   restart->callback([&globals, options] { RestartWorkers(globals, *options); });
 
-  CLI::App* set = add("set-property", "Change a property of a body while the world runs; returns when it is safe");
-  set->add_option("body", options->body, "Id of the body, of the scene or a player's")->required();
+  CLI::App* set =
+      add("set-property", "Change a property of a body or of the world while it runs; returns when it is safe");
+  set->add_option("body", options->body, "Id of the body, of the scene or a player's; world: the world's own property")
+      ->required()
+      ->transform(CLI::Transformer(std::map<std::string, std::uint64_t>{{"world", 0}}).description(""));
   set->add_option("key", options->property, "Name of the property, as the scene declares it")->required();
   set->add_option("value", options->value, "true or false, a number or a text, as the scene declares it")->required();
   add_dry_run(set);

@@ -8,6 +8,7 @@
 #include "cli/output.h"
 #include "cli/table.h"
 #include "core/game/native_name.h"
+#include "core/world/proto_math.h"
 
 namespace tessera::cli {
 
@@ -93,6 +94,16 @@ std::string Health(const v1::Instance& instance) {
   return out + "\n" + FormatTable(rows);
 }
 
+// The properties of the world, with their values.
+std::string WorldLine(const v1::Instance& instance) {
+  std::string line;
+  for (const v1::Property& property : instance.world_properties()) {
+    line += fmt::format("{}{} = {}", line.empty() ? "World:    " : ", ", property.name(),
+                        PropertyText(FromProto(property).value_or(PropertyValue())));
+  }
+  return line.empty() ? line : line + "\n";
+}
+
 }  // namespace
 
 std::string DescribeInstance(const v1::Instance& instance) {
@@ -101,11 +112,11 @@ std::string DescribeInstance(const v1::Instance& instance) {
   out += fmt::format(
       "Scene:    {} ({})\nGame:     {}\nRegions:  {}\nPlayers:  {} of {} expected{}\nMap:      version {}\nAge:      "
       "{}\n"
-      "Pace:     {}\nGhosts:   {} deep, whole up to {}\nThreads:  {} a region\n\n",
+      "Pace:     {}\nGhosts:   {} deep, whole up to {}\nThreads:  {} a region\n{}\n",
       instance.scene_name(), instance.scene_hash().substr(0, 12), GameLine(instance), instance.regions(),
       instance.players(), instance.expected_players(), instance.guests() ? "" : ", no guests", instance.map().version(),
       FormatAge(AgeSeconds(instance.create_time())), PaceLine(instance), instance.borders().ghost_depth(),
-      instance.borders().whole_up_to(), instance.region_threads());
+      instance.borders().whole_up_to(), instance.region_threads(), WorldLine(instance));
   return out + RegionTable(instance) + Health(instance);
 }
 

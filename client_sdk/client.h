@@ -121,8 +121,9 @@ struct ClientEvent {
     kCommandRefused,   // region, input_number: of the command, detail. It is sent again unless it can never be taken
     kGrantNeeded,      // no known address has answered for 3 s: Client::Renew with another grant may lead back
     kRestored,         // the world goes on from an earlier moment: all bodies vanish, and appear as they were then
+    kWorldPropertyChanged,  // property: WorldPropertyOf gives the new value
   };
-  static constexpr Kind kLastKind = Kind::kRestored;
+  static constexpr Kind kLastKind = Kind::kWorldPropertyChanged;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`
@@ -248,6 +249,9 @@ class Client {
   // A property that the scene declares: its owner's newest value; for a static body, and for one that is not in sight,
   // the scene's value. Nothing if the scene has no such body, or declares no such property.
   std::optional<PropertyValue> PropertyOf(BodyId body, std::string_view name) const;
+  // The same of the world: one of the scene's instance_properties. In a recording, and where the client may not see it,
+  // the scene's value.
+  std::optional<PropertyValue> WorldPropertyOf(std::string_view name) const;
   // All bodies at one moment in the recent past, so far back that their states from before and after it are mostly
   // here: between them linearly, beyond the newest along its velocity for at most kMaxExtrapolation. With
   // JoinOptions::predict, the own body and what it touches are ahead of that. Ascending by id.

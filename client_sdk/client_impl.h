@@ -80,6 +80,7 @@ struct Client::Impl {
   void On(TimePoint now, RegionConnection& connection, const replication::EndOfSession& ended);
   void On(TimePoint now, RegionConnection& connection, const replication::CommandRefusal& refusal);
   void On(TimePoint now, RegionConnection& connection, const replication::ClockNews& news);
+  void On(TimePoint now, RegionConnection& connection, const replication::NewsOfWorld& news);
   void OnStopping(TimePoint now, RegionConnection& connection, const std::string& why);
   void OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
@@ -141,6 +142,7 @@ struct Client::Impl {
   bool IsSteering() const;
 
   // Talks with the game (client_talk.cpp).
+  void AdoptWorldNews();
   void SendCommands(TimePoint now);
 
   void Sent(std::size_t bytes) { bytes_out += bytes; }
@@ -199,8 +201,10 @@ struct Client::Impl {
 
   CommandQueue commands;
   EventInbox inbox;
-  BodyId controlled;                    // another body, which the inputs move; 0: none
-  std::optional<Vec3d> spectator_view;  // while the own body is out of the world
+  BodyId controlled;                                   // another body, which the inputs move; 0: none
+  std::optional<Vec3d> spectator_view;                 // while the own body is out of the world
+  std::optional<replication::NewsOfWorld> world_news;  // the newest
+  PropertySet world_changed;                           // by it, once the scene is here
 
   std::optional<Recorder> recorder;
   std::optional<Replay> replay;    // instead of regions

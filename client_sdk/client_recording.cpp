@@ -12,11 +12,11 @@ namespace {
 
 constexpr std::size_t kMaxNotes = 256;  // that nobody has taken
 
-// Whether the event is not recorded: the view makes it again when it is played back, or it is not about the world.
+// Whether the event is not recorded: the view makes it again when it is played back, or it is not about bodies.
 bool FollowsFromTheWorld(ClientEvent::Kind kind) {
   using Kind = ClientEvent::Kind;
   return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kPropertyChanged || kind == Kind::kEnded ||
-         kind == Kind::kRecordingEnded;
+         kind == Kind::kRecordingEnded || kind == Kind::kWorldPropertyChanged;
 }
 
 }  // namespace

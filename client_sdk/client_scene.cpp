@@ -31,6 +31,7 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene)
     if (connection.welcomed()) world.RegionBegins(now, connection.region());
   }
   follow_due = true;
+  AdoptWorldNews();
 }
 
 void Client::Impl::OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {

@@ -1,5 +1,7 @@
 // This file carries commands of the player up to the game, and events of the game down to the player.
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "client_sdk/client_impl.h"
 #include "core/game/value.h"
@@ -49,6 +51,30 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
                     .detail = refusal.detail});
 }
 
+// Every region sends them. Without the scene nobody knows what they are.
+void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::NewsOfWorld& news) {
+  const auto version = [](const replication::NewsOfWorld& of) { return std::pair(of.epoch, of.tick); };
+  if (world_news && version(news) <= version(*world_news)) return;
+  if (!fetch && !PropertySet::Decode(news.properties, session.scene->instance_properties).ok()) {
+    return connection.CountError();
+  }
+  world_news = news;
+  AdoptWorldNews();
+}
+
+void Client::Impl::AdoptWorldNews() {
+  if (fetch || !world_news) return;
+  const std::vector<PropertyDef>& defs = session.scene->instance_properties;
+  absl::StatusOr<PropertySet> now = PropertySet::Decode(world_news->properties, defs);
+  if (!now.ok()) return world_news.reset();
+  // A value that was set to the scene's own is no change.
+  for (const PropertyDef& def : defs) {
+    if (ValueOf(defs, {}, world_changed, def.name) == ValueOf(defs, {}, *now, def.name)) continue;
+    events.push_back({.kind = ClientEvent::Kind::kWorldPropertyChanged, .property = def.name});
+  }
+  world_changed = *std::move(now);
+}
+
 // To the region that owns the own body, and to all while that is unknown.
 void Client::Impl::SendCommands(TimePoint now) {
   const bool any_welcomed = std::ranges::any_of(connections, &RegionConnection::welcomed);
@@ -70,6 +96,10 @@ absl::Status Client::Send(std::string_view bytes) {
 }
 
 std::vector<GameEvent> Client::TakeGameEvents() { return impl_->inbox.TakeAll(); }
+
+std::optional<PropertyValue> Client::WorldPropertyOf(std::string_view name) const {
+  return ValueOf(impl_->session.scene->instance_properties, {}, impl_->world_changed, name);
+}
 
 std::optional<Vec3d> Client::spectator_view() const { return impl_->spectator_view; }
 

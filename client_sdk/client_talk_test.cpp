@@ -125,6 +125,36 @@ TEST_F(ClientTalkTest, OneWhoIsRefusedWhileItJoinsReadsWhy) {
   EXPECT_EQ(client->reason(), absl::AbortedError("the match has begun"));
 }
 
+// Two regions tell of the world, one of them later than the other.
+TEST_F(ClientTalkTest, TheNewestPropertiesOfTheWorldCount) {
+  Make(2);
+  Join();
+  Play();
+  const std::vector<PropertyDef>& defs = client->scene().instance_properties;
+  ASSERT_EQ(defs.size(), 2U);
+  const auto world = [&](std::int64_t goals, const char* phase) {
+    PropertySet set;
+    EXPECT_TRUE(set.Set(defs, "goals", goals).ok() && set.Set(defs, "phase", std::string(phase)).ok());
+    return set.Encode();
+  };
+  const auto goals = [&] { return std::get<std::int64_t>(*client->WorldPropertyOf("goals")); };
+  EXPECT_EQ(goals(), 0);
+  EXPECT_EQ(client->WorldPropertyOf("lives"), std::nullopt);
+  instance->regions[0]->TellWorld(1, 20, world(3, "waiting"));
+  ASSERT_TRUE(Until([&] { return goals() == 3; }));
+  EXPECT_EQ(Count(ClientEvent::Kind::kWorldPropertyChanged), 1) << "the phase is as it was";
+  EXPECT_EQ(Find(ClientEvent::Kind::kWorldPropertyChanged)->property, "goals");
+  instance->regions[1]->TellWorld(1, 10, world(2, "waiting"));
+  instance->regions[1]->TellWorld(1, 20, world(3, "waiting"));
+  instance->regions[1]->TellWorld(2, 5, world(4, "play"));
+  ASSERT_TRUE(Until([&] { return goals() == 4; })) << "of a newer owner of the world's record";
+  EXPECT_EQ(client->WorldPropertyOf("phase"), PropertyValue(std::string("play")));
+  EXPECT_EQ(Count(ClientEvent::Kind::kWorldPropertyChanged), 3) << "what is older, or known, changes nothing";
+  instance->regions[0]->TellWorld(3, 1, {1, 2, 3});
+  instance->regions[0]->TellWorld(3, 2, world(5, "play"));
+  ASSERT_TRUE(Until([&] { return goals() == 5; })) << "what is malformed is passed over";
+}
+
 TEST_F(ClientTalkTest, KnowsTheNamesOfPlayersInSightAndWhereItLooksFrom) {
   Make(1);
   Join();

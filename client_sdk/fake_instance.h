@@ -124,6 +124,13 @@ class FakeRegion {
     *message.mutable_player_news() = news;
     TellAll(message);
   }
+  void TellWorld(std::uint32_t epoch, std::uint64_t tick, const std::vector<std::uint8_t>& properties) {
+    v1::RegionControl message;
+    message.mutable_world_news()->set_epoch(epoch);
+    message.mutable_world_news()->set_tick(tick);
+    message.mutable_world_news()->set_properties(properties.data(), properties.size());
+    TellAll(message);
+  }
   void TellEnded(const std::string& why) {
     v1::RegionControl message;
     message.mutable_session_ended()->set_reason(why);
@@ -347,6 +354,7 @@ class FakeInstance : public v1::SessionService::Service {
       properties { name: "health" number: 100 } properties { name: "team" text: "none" }
       properties { name: "home" vector { x: 1 y: 2 z: 3 } } properties { name: "target" body: 0 }
       properties { name: "secret" bytes: "\001\000\377" }
+      instance_properties { name: "goals" number: 0 } instance_properties { name: "phase" text: "waiting" }
       bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } properties { name: "team" text: "red" } }
       player { body { mass: 1 shape { sphere { radius: 0.5 } } } spawn_points { y: 1 } max_force: 10 max_speed: 5 })",
         "plaza.textproto");

@@ -37,6 +37,18 @@ void AddEndpoint(v1::RegionEndpoint& endpoint) {
   endpoint.set_incarnation(~0ull);
 }
 
+TEST(RegionMessageTest, NewsOfTheWorldAreReadAsTheyWereWritten) {
+  v1::RegionControl message;
+  v1::WorldNews& news = *message.mutable_world_news();
+  news.set_epoch(~0u);
+  news.set_tick(1ull << 40);
+  news.set_properties(std::string("\0\1\377", 3));
+  const auto read = Read<replication::NewsOfWorld>(message);
+  EXPECT_EQ(read.epoch, ~0u);
+  EXPECT_EQ(read.tick, 1ull << 40);
+  EXPECT_EQ(read.properties, (std::vector<std::uint8_t>{0, 1, 255}));
+}
+
 TEST(RegionMessageTest, AWelcomeIsReadAsItWasWritten) {
   v1::RegionControl message;
   v1::RegionWelcome& welcome = *message.mutable_welcome();

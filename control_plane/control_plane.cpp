@@ -228,7 +228,9 @@ absl::Status ControlPlane::SetProperty(const v1::SetPropertyRequest& request, co
   while (!(outcome = cluster_->PropertyOutcome(request.id(), *number)).has_value()) {
     if (Clock::now() >= patience) {
       outcome = absl::DeadlineExceededError(
-          absl::StrCat("body: no region has answered for body ", request.body(), "; it may have left the world"));
+          request.body() == 0
+              ? std::string("body: no region has answered for the world's record")
+              : absl::StrCat("body: no region has answered for body ", request.body(), "; it may have left the world"));
     } else if (absl::Status status = WaitFor(lock, watch, patience, given_up); !status.ok()) {
       outcome = status;
     }

@@ -185,6 +185,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.guests = spec.has_guests() ? spec.guests() : guests;
   plan.map = *std::move(map);
   plan.properties.assign(spec.scene().properties().begin(), spec.scene().properties().end());
+  plan.world_properties.assign(spec.scene().instance_properties().begin(), spec.scene().instance_properties().end());
   if (scene.player) plan.spawn_points = scene.player->spawn_points;
   for (const BodyDef& body : scene.bodies) {
     if (body.motion == Motion::kDynamic) plan.bodies.push_back(body.id);

@@ -41,9 +41,10 @@ struct InstancePlan {
   PartitionMap map;                           // the grid
   std::optional<records::Manifest> restored;  // the checkpoint that it starts from
   std::vector<v1::Property> properties;       // that the scene declares
-  std::vector<Vec3d> spawn_points;            // empty: nobody can join
-  std::vector<BodyId> bodies;                 // dynamic, of the scene; ascending
-  std::shared_ptr<const Scene> scene;         // as it was checked
+  std::vector<v1::Property> world_properties;
+  std::vector<Vec3d> spawn_points;     // empty: nobody can join
+  std::vector<BodyId> bodies;          // dynamic, of the scene; ascending
+  std::shared_ptr<const Scene> scene;  // as it was checked
 };
 
 // kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000". A game is loaded

@@ -55,6 +55,8 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   record.set_wanted_regions(static_cast<std::uint32_t>(record.placements_size()));
   *record.mutable_properties() = {plan.properties.begin(), plan.properties.end()};
   record.set_properties_taken(true);
+  *record.mutable_world_properties() = {plan.world_properties.begin(), plan.world_properties.end()};
+  record.set_world_properties_taken(true);
   for (const Vec3d& point : plan.spawn_points) {
     v1::Vec3& stored = *record.add_spawn_points();
     stored.set_x(point.x);

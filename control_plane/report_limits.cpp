@@ -66,6 +66,7 @@ absl::Status CheckReport(const v1::WorkerReport& report) {
   checks.Entries("removed_last", Size(report.removed_last_size()), kMaxRuns);
   checks.Entries("property_answers", Size(report.property_answers_size()), kMaxPropertyChanges);
   checks.Entries("backend_answers", Size(report.backend_answers_size()), kMaxGameMessages);
+  checks.Entries("world_properties", Size(report.world_properties_size()), kMaxProperties);
   checks.Entries("game_lines", Size(report.game_lines_size()), kMaxLines);
   checks.Entries("game_events", Size(report.game_events_size()), kMaxReportedEvents);
   if (const std::size_t bytes = report.public_key().size(); bytes != 0 && bytes != net::kKeyBytes) {
@@ -81,6 +82,11 @@ absl::Status CheckReport(const v1::WorkerReport& report) {
   }
   for (const v1::BackendAnswer& answer : report.backend_answers()) {
     checks.Text("backend_answers.refused", answer.refused());
+  }
+  for (const v1::Property& property : report.world_properties()) {
+    checks.Text("world_properties.name", property.name());
+    checks.Text("world_properties.text", property.text());
+    checks.Text("world_properties.bytes", property.bytes());
   }
   checks.Real("tick_rate_hz", report.tick_rate_hz());
   checks.Real("step", report.step().p50_seconds());

@@ -335,6 +335,7 @@ void WorkerShell::Do(const PublishStep& action) {
   snapshots_->AfterTick(run.region(), action.result.departures, run.places(), *game_);
   pairs_->AfterTick(run.region(), action.result.events, run.places(), *game_);
   news_.AfterTick(run.region(), *game_);
+  world_news_.AfterTick(run.region(), *game_);
 }
 
 void WorkerShell::Do(const ExpelPlayer& action) { game_->Expel(action.player, action.ended_because); }

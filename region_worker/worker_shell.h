@@ -30,6 +30,7 @@
 #include "region_worker/wait.h"
 #include "region_worker/worker_metrics.h"
 #include "region_worker/worker_options.h"
+#include "region_worker/world_news.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::worker {
@@ -96,6 +97,7 @@ class WorkerShell {
   std::optional<SceneDesk> scene_desk_;         // likewise
   std::string scene_hash_;                      // that the order gave; empty when standalone
   PlayerNewsFeed news_{metrics_};
+  WorldNewsFeed world_news_;
   FiguresFeed figures_{metrics_};
   TickMeter meter_{metrics_};
   CheckpointWriter checkpoint_writer_;

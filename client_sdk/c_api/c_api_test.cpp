@@ -70,6 +70,35 @@ TEST_F(CApiTest, ReadsPropertiesAndIsToldWhenTheyChange) {
   EXPECT_EQ(tessera_get_property(nullptr, 1, "health", &property), TESSERA_INVALID_ARGUMENT);
 }
 
+TEST_F(CApiTest, ReadsPropertiesOfTheWorld) {
+  Play();
+  tessera_property property = TESSERA_PROPERTY;
+  ASSERT_EQ(tessera_get_world_property(client, "phase", &property), TESSERA_OK) << tessera_last_error();
+  EXPECT_EQ(property.type, TESSERA_PROPERTY_TEXT);
+  EXPECT_STREQ(property.text, "waiting") << "the scene's";
+  tessera_event event = TESSERA_EVENT;
+  while (tessera_next_event(client, &event) != 0) {
+  }
+  PropertySet changed;
+  ASSERT_TRUE(changed.Set(instance.scene->instance_properties, "goals", std::int64_t{7}).ok());
+  instance.regions[0]->TellWorld(1, 3, changed.Encode());
+  bool told = false;
+  ASSERT_TRUE(Until([&] {
+    while (tessera_next_event(client, &event) != 0) {
+      told = told || (event.kind == TESSERA_EVENT_WORLD_PROPERTY_CHANGED && std::string(event.property) == "goals");
+    }
+    return told;
+  }));
+  ASSERT_EQ(tessera_get_world_property(client, "goals", &property), TESSERA_OK);
+  EXPECT_EQ(property.integer, 7);
+  EXPECT_EQ(tessera_get_world_property(client, "health", &property), TESSERA_NOT_FOUND) << "a body's";
+  EXPECT_STREQ(tessera_last_error(), "name: the scene declares no such property of the world");
+  EXPECT_EQ(tessera_get_world_property(client, nullptr, &property), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_get_world_property(nullptr, "goals", &property), TESSERA_INVALID_ARGUMENT);
+  property.size = 4;
+  EXPECT_EQ(tessera_get_world_property(client, "goals", &property), TESSERA_INVALID_ARGUMENT);
+}
+
 // A region's sums are given as they are, and what went on between two messages as a mean.
 TEST_F(CApiTest, GivesWhatARegionSaysOfItself) {
   Play();

@@ -78,6 +78,24 @@ tessera_body_info InfoOf(const BodyDef& def) {
   return info;
 }
 
+tessera_property PropertyFrom(const PropertyValue& value) {
+  tessera_property property = TESSERA_PROPERTY;
+  property.type = static_cast<tessera_property_type>(value.index());
+  if (const bool* flag = std::get_if<bool>(&value)) property.integer = *flag ? 1 : 0;
+  if (const std::int64_t* number = std::get_if<std::int64_t>(&value)) property.integer = *number;
+  if (const double* number = std::get_if<double>(&value)) property.real = *number;
+  if (const std::string* text = std::get_if<std::string>(&value)) text->copy(property.text, kMaxPropertyText);
+  if (const Vec3d* vector = std::get_if<Vec3d>(&value)) {
+    property.vector[0] = vector->x, property.vector[1] = vector->y, property.vector[2] = vector->z;
+  }
+  if (const BodyId* body = std::get_if<BodyId>(&value)) property.body = body->value();
+  if (const PropertyBytes* blob = std::get_if<PropertyBytes>(&value)) {
+    property.byte_count = static_cast<std::uint32_t>(blob->bytes.size());
+    std::ranges::copy(blob->bytes, property.bytes);
+  }
+  return property;
+}
+
 }  // namespace
 }  // namespace tessera::c_api
 
@@ -132,21 +150,18 @@ tessera_code tessera_get_property(const tessera_client* handle, uint64_t id, con
     if (client.DefOf(BodyId(id)) == nullptr) return Report(absl::NotFoundError("body: the scene has none of that id"));
     const std::optional<PropertyValue> value = client.PropertyOf(BodyId(id), name);
     if (!value) return Report(absl::NotFoundError("name: the scene declares no such property"));
-    tessera_property property = TESSERA_PROPERTY;
-    property.type = static_cast<tessera_property_type>(value->index());
-    if (const bool* flag = std::get_if<bool>(&*value)) property.integer = *flag ? 1 : 0;
-    if (const std::int64_t* number = std::get_if<std::int64_t>(&*value)) property.integer = *number;
-    if (const double* number = std::get_if<double>(&*value)) property.real = *number;
-    if (const std::string* text = std::get_if<std::string>(&*value)) text->copy(property.text, kMaxPropertyText);
-    if (const Vec3d* vector = std::get_if<Vec3d>(&*value)) {
-      property.vector[0] = vector->x, property.vector[1] = vector->y, property.vector[2] = vector->z;
-    }
-    if (const BodyId* body = std::get_if<BodyId>(&*value)) property.body = body->value();
-    if (const PropertyBytes* blob = std::get_if<PropertyBytes>(&*value)) {
-      property.byte_count = static_cast<std::uint32_t>(blob->bytes.size());
-      std::ranges::copy(blob->bytes, property.bytes);
-    }
-    GiveOut(property, out);
+    GiveOut(PropertyFrom(*value), out);
+    return tessera_code{TESSERA_OK};
+  });
+}
+
+tessera_code tessera_get_world_property(const tessera_client* handle, const char* name, tessera_property* out) {
+  if (handle == nullptr || name == nullptr || out == nullptr) return Refuse("client, name or property: is NULL");
+  if (!IsSize<tessera_property>(out->size, "property.size")) return TESSERA_INVALID_ARGUMENT;
+  return Guarded([&] {
+    const std::optional<PropertyValue> value = handle->client->WorldPropertyOf(name);
+    if (!value) return Report(absl::NotFoundError("name: the scene declares no such property of the world"));
+    GiveOut(PropertyFrom(*value), out);
     return tessera_code{TESSERA_OK};
   });
 }

@@ -22,6 +22,10 @@ class PropertiesTest : public ::testing::Test {
     plan.properties[0].set_number(100);
     plan.properties[1].set_name("team");
     plan.properties[1].set_text("none");
+    plan.world_properties.emplace_back().set_name("goals");
+    plan.world_properties.back().set_number(0);
+    plan.game_name = "game.lua";
+    plan.game_hash = "feed";
     const auto made = harness_.cluster().CreateInstance(harness_.now, plan, false);
     ASSERT_TRUE(made.ok()) << made.status();
     id_ = made->id();
@@ -87,12 +91,16 @@ TEST_F(PropertiesTest, OfAnInstanceThatIsOlderThanTheyAreAreThoseOfItsScene) {
   v1::Property& armour = *scene.add_properties();
   armour.set_name("armour");
   armour.set_number(7);
+  scene.add_instance_properties()->set_name("round");
+  scene.mutable_instance_properties(0)->set_number(1);
   ASSERT_TRUE(harness_.store.Put(SceneKey("0123"), scene.SerializeAsString(), Stored(SceneKey("0123")).revision).ok());
   const std::string key = "instance/1";
   records::Instance record;
   ASSERT_TRUE(record.ParseFromString(Stored(key).value));
   record.clear_properties();
   record.clear_properties_taken();
+  record.clear_world_properties();
+  record.clear_world_properties_taken();
   ASSERT_TRUE(harness_.store.Put(key, record.SerializeAsString(), Stored(key).revision).ok());
   harness_.Restart();
   harness_.Run(seconds(2));
@@ -100,6 +108,43 @@ TEST_F(PropertiesTest, OfAnInstanceThatIsOlderThanTheyAreAreThoseOfItsScene) {
   EXPECT_NE(Refusal(request), "");
   request.mutable_property()->set_name("armour");
   EXPECT_EQ(Refusal(request), "");
+  request.set_body(0);
+  request.mutable_property()->set_name("round");
+  EXPECT_EQ(Refusal(request), "");
+}
+
+// Body 0 stands for the world.
+TEST_F(PropertiesTest, TheWorldsAreOrderedAndSeenAsTheNewestOwnerReportsThem) {
+  const auto goals = [&] {
+    const v1::Instance instance = *GetInstance(harness_.cluster().state(), id_);
+    return instance.world_properties_size() == 1 ? instance.world_properties(0).number() : -1;
+  };
+  EXPECT_EQ(goals(), 0) << "the scene's";
+  v1::SetPropertyRequest request = Health(0, 80);
+  EXPECT_THAT(Refusal(request), HasSubstr("property.name: no property \"health\""));
+  request.mutable_property()->set_name("goals");
+  const auto number = harness_.cluster().SetProperty(request);
+  ASSERT_TRUE(number.ok()) << number.status();
+  harness_.Pump();
+  EXPECT_EQ(Worker(2).order.property_changes(0).body(), 0U);
+  EXPECT_EQ(Worker(2).order.property_changes(0).property().name(), "goals");
+
+  const auto report = [&](std::uint32_t region, std::uint32_t epoch, std::int64_t value) {
+    v1::WorkerReport& worker = Worker(region).report;
+    worker.set_world_epoch(epoch);
+    worker.clear_world_properties();
+    worker.add_world_properties()->set_name("goals");
+    worker.mutable_world_properties(0)->set_number(value);
+    v1::AgentMessage message;
+    *message.mutable_report() = worker;
+    harness_.Send(harness_.agents["alpha"], message);
+  };
+  report(2, 4, 80);
+  EXPECT_EQ(goals(), 80);
+  report(1, 3, 79);
+  EXPECT_EQ(goals(), 80) << "an earlier owner's last report";
+  report(1, 5, 81);
+  EXPECT_EQ(goals(), 81);
 }
 
 TEST_F(PropertiesTest, WrongOnesAreRefusedByTheFieldAndNobodyIsTold) {

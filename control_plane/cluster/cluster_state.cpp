@@ -92,10 +92,15 @@ absl::Status ClusterState::AdoptContent(const std::string& key, const StoredCont
   use->second.revision = content.revision;
   if (!IsSceneKey(key)) return absl::OkStatus();
   for (InstanceEntry& instance : EachInstance()) {
-    if (instance.record.properties_taken() || SceneKey(instance.record.scene_hash()) != key) continue;
+    const bool taken = instance.record.properties_taken() && instance.record.world_properties_taken();
+    if (taken || SceneKey(instance.record.scene_hash()) != key) continue;
     records::Instance next = instance.record;
-    if (v1::Scene read; read.ParseFromString(content.bytes)) *next.mutable_properties() = read.properties();
+    if (v1::Scene read; read.ParseFromString(content.bytes)) {
+      *next.mutable_properties() = read.properties();
+      *next.mutable_world_properties() = read.instance_properties();
+    }
     next.set_properties_taken(true);
+    next.set_world_properties_taken(true);
     if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   }
   return absl::OkStatus();

@@ -14,12 +14,18 @@ namespace {
 
 // As far as can be checked here.
 absl::Status CheckChange(const records::Instance& record, const v1::SetPropertyRequest& request) {
-  if (!HasBody(record, BodyId(request.body()))) {
+  const bool world = request.body() == 0;
+  if (world && record.game_name().empty()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("body: ", record.id(), " runs no game, and the world has properties for its game alone"));
+  }
+  if (!world && !HasBody(record, BodyId(request.body()))) {
     return absl::NotFoundError(absl::StrCat("body: ", record.id(), " has no dynamic body ", request.body()));
   }
+  const auto& all = world ? record.world_properties() : record.properties();
   std::vector<PropertyDef> defs;
-  defs.reserve(static_cast<std::size_t>(record.properties_size()));
-  for (const v1::Property& declared : record.properties()) {
+  defs.reserve(static_cast<std::size_t>(all.size()));
+  for (const v1::Property& declared : all) {
     defs.push_back({declared.name(), FromProto(declared).value_or(PropertyValue())});
   }
   const v1::Property& property = request.property();

@@ -51,6 +51,25 @@ void AddLoads(const InstanceEntry& instance, v1::Instance& view) {
   view.set_imbalance(ImbalanceOf(instance));
 }
 
+// As the scene has them, and as the newest owner of the world's record has reported them.
+void AddWorldProperties(const InstanceEntry& instance, v1::Instance& view) {
+  *view.mutable_world_properties() = instance.record.world_properties();
+  const WorkerEntry* newest = nullptr;
+  for (const WorkerEntry& worker : instance.workers) {
+    if (worker.gone || !worker.reported || worker.report.world_properties().empty()) continue;
+    if (newest == nullptr || worker.report.world_epoch() > newest->report.world_epoch()) newest = &worker;
+  }
+  if (newest == nullptr) return;
+  for (v1::Property& property : *view.mutable_world_properties()) {
+    for (const v1::Property& reported : newest->report.world_properties()) {
+      if (reported.name() != property.name() || reported.value_case() != property.value_case()) continue;
+      const v1::Visibility visible_to = property.visible_to();
+      property = reported;
+      property.set_visible_to(visible_to);
+    }
+  }
+}
+
 void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::Instance& view) {
   const records::Instance& record = instance.record;
   for (int i = 0; i < record.placements_size(); ++i) {
@@ -64,6 +83,7 @@ void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::In
     *status.mutable_report() = instance.workers[index].report;
     status.mutable_report()->clear_game_lines();   // ListGameLines has them
     status.mutable_report()->clear_game_events();  // WatchGameEvents has them
+    status.mutable_report()->clear_world_properties();
   }
 }
 
@@ -138,6 +158,7 @@ v1::Instance ViewOf(const ClusterState& state, const InstanceEntry& instance) {
   *view.mutable_map() = record.map();
   *view.mutable_player_list() = record.players();
   *view.mutable_properties() = record.properties();
+  AddWorldProperties(instance, view);
   AddRegions(state, instance, view);
   return view;
 }

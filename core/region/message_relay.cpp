@@ -391,10 +391,20 @@ void MessageRelay::TakeInstance(const Packet& packet) {
   const auto order = [](const InstanceVersion& version) { return std::pair(version.epoch, version.made); };
   const auto at = std::ranges::lower_bound(instance_, std::pair(epoch, packet.made), {}, order);
   if (at != instance_.end() && order(*at) == std::pair(epoch, packet.made)) return;
-  instance_.insert(at, {epoch, packet.made, packet.made + game::DeliveryTicks(hops), packet.properties});
+  const Tick seen = packet.made + game::DeliveryTicks(hops);
+  instance_.insert(at, {epoch, packet.made, seen, packet.properties, packet.made_in == self()});
   // A version older than the newest that is seen by now is not needed; a few that are not seen yet are.
   constexpr std::size_t kMostVersions = 64;
   if (instance_.size() > kMostVersions) instance_.pop_front();
+}
+
+// Another region's have come here because its standby has them.
+std::optional<WorldProperties> MessageRelay::WorldForClients(Tick now, Tick committed) const {
+  for (auto version = instance_.rbegin(); version != instance_.rend(); ++version) {
+    if (version->own ? version->made > committed : version->seen > now) continue;
+    return WorldProperties{version->epoch, version->made, version->bytes};
+  }
+  return std::nullopt;
 }
 
 std::span<const std::uint8_t> MessageRelay::InstanceProperties(Tick now) const {

@@ -39,6 +39,7 @@
 #include "core/region/record_table.h"
 #include "core/region/routes.h"
 #include "core/region/tombstones.h"
+#include "core/region/world_properties.h"
 
 namespace tessera::region {
 
@@ -83,6 +84,8 @@ class MessageRelay {
   void Restart();
   // The properties of the world in the state that this region begins with.
   void BeginWith(const std::vector<std::uint8_t>& instance_properties);
+  // Those that clients may be told: what no death of one region takes back, here as far as `committed`.
+  std::optional<WorldProperties> WorldForClients(Tick now, Tick committed) const;
   // Properties of the world as they are to be seen in this tick where another region owns them.
   std::span<const std::uint8_t> InstanceProperties(Tick now) const;
   const RelayStatistics& statistics() const { return statistics_; }
@@ -103,6 +106,7 @@ class MessageRelay {
     Epoch epoch;
     Tick made, seen;
     std::vector<std::uint8_t> bytes;
+    bool own = false;  // by this region
   };
 
   RegionId self() const { return neighborhood_.self(); }

@@ -77,18 +77,26 @@ void Region::ParkPlayer(PlayerNumber player, bool parked) { parts_->players.Park
 // The grant of a body that is being handed over has left, with its properties: the new owner is to be asked.
 absl::Status Region::SetProperty(BodyId body, std::string_view name, PropertyValue value, std::uint64_t change) {
   RegionParts& parts = *parts_;
-  if (!Owns(body)) return absl::NotFoundError(absl::StrCat("body ", body.value(), " is not owned here"));
+  const bool world = body == kInstanceBody;
+  if (world ? !OwnsWorld() : !Owns(body)) {
+    return absl::NotFoundError(absl::StrCat("body ", body.value(), " is not owned here"));
+  }
   if (FindDeparting(parts.grants_out.departing(), body) != nullptr) {
     return absl::NotFoundError(absl::StrCat("body ", body.value(), " is being handed over"));
   }
   const KeptRecord* const now = parts.records.Find(body);
   const std::optional<KeptRecord> before = now == nullptr ? std::nullopt : std::optional(*now);
-  absl::Status status = parts.records.Set(body, parts.scene().properties, name, std::move(value), change);
+  const std::vector<PropertyDef>& declared = world ? parts.scene().instance_properties : parts.scene().properties;
+  absl::Status status = parts.records.Set(body, declared, name, std::move(value), change);
   if (!status.ok()) return status;
   const KeptRecord& after = *parts.records.Find(body);
   parts.output.Changed(before ? &*before : nullptr, after, parts.tick + 1);
-  if (parts.catalog.has_game()) parts.shared.Changed(before ? &*before : nullptr, after, parts.tick + 1);
+  if (parts.catalog.has_game() && !world) parts.shared.Changed(before ? &*before : nullptr, after, parts.tick + 1);
   return status;
+}
+bool Region::OwnsWorld() const { return parts_->bodies.FindBodiless(kInstanceBody) != nullptr; }
+std::optional<WorldProperties> Region::world_properties() const {
+  return parts_->messages.WorldForClients(parts_->tick, committed_tick());
 }
 const RecordTable& Region::records() const { return parts_->records; }
 

@@ -23,6 +23,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,6 +38,7 @@
 #include "core/region/record_table.h"
 #include "core/region/settings.h"
 #include "core/region/step_result.h"
+#include "core/region/world_properties.h"
 #include "core/world/partition_map.h"
 #include "core/world/player_input.h"
 #include "core/world/scene.h"
@@ -193,7 +195,13 @@ class Region {
   // whoever orders them: one whose number is not above that of the body's last change does nothing, so it may be
   // ordered again until it is seen to have been applied (records()), by whichever region owns the body then. Errors:
   // NOT_FOUND "body 7 is not owned here" or "... is being handed over", and those of PropertySet::Set.
+  // kInstanceBody stands for the world.
   absl::Status SetProperty(BodyId body, std::string_view name, PropertyValue value, std::uint64_t change);
+  // Whether the world's record is owned here.
+  bool OwnsWorld() const;
+  // Properties of the world that clients and operators may be told; nothing: they are as the scene has them. Valid
+  // until the next step.
+  std::optional<WorldProperties> world_properties() const;
   // Changed properties of the bodies that are owned here.
   const RecordTable& records() const;
 

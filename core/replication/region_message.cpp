@@ -224,6 +224,16 @@ NewsOfPlayer NewsFrom(WireReader& in) {
   return news;
 }
 
+NewsOfWorld WorldNewsFrom(WireReader& in) {
+  NewsOfWorld news;
+  in.Message([&](WireReader& part) {
+    if (part.field() == 1) news.epoch = part.U32();
+    if (part.field() == 2) news.tick = part.U64();
+    if (part.field() == 3) news.properties.assign(part.Bytes().begin(), part.Bytes().end());
+  });
+  return news;
+}
+
 CommandRefusal CommandRefusalFrom(WireReader& in) {
   CommandRefusal refusal;
   in.Message([&](WireReader& part) {
@@ -266,6 +276,8 @@ std::optional<RegionMessage> MessageFrom(WireReader& in) {
       return CommandRefusalFrom(in);
     case 75:
       return ClockFrom(in);
+    case 76:
+      return WorldNewsFrom(in);
     default:
       return std::nullopt;
   }

@@ -110,6 +110,11 @@ struct NewsOfPlayer {
   std::uint64_t controlled_body = 0;
   PlayerLimits limits{};  // as they came: WrongField judges them
 };
+struct NewsOfWorld {
+  std::uint32_t epoch = 0;
+  std::uint64_t tick = 0;
+  std::vector<std::uint8_t> properties{};
+};
 struct EndOfSession {
   std::string reason{};
 };
@@ -120,7 +125,7 @@ struct CommandRefusal {
 };
 
 using RegionMessage = std::variant<Welcome, RegionRefusal, Started, MapNews, InputRefusal, Stopping, PairNews,
-                                   NewsOfPlayer, EndOfSession, CommandRefusal, ClockNews>;
+                                   NewsOfPlayer, EndOfSession, CommandRefusal, ClockNews, NewsOfWorld>;
 
 // INVALID_ARGUMENT: it is no RegionControl, or one of a kind that this version does not know.
 absl::StatusOr<RegionMessage> DecodeRegionMessage(std::span<const std::uint8_t> bytes);

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "core/world/bounds.h"
 #include "core/world/math.h"
@@ -87,6 +88,21 @@ inline v1::Vec3 ToProto(Vec3d v) {
   out.set_z(v.z);
   return out;
 }
+inline v1::Property ToProto(const std::string& name, const PropertyValue& value) {
+  v1::Property property;
+  property.set_name(name);
+  if (const auto* flag = std::get_if<bool>(&value)) property.set_flag(*flag);
+  if (const auto* number = std::get_if<std::int64_t>(&value)) property.set_number(*number);
+  if (const auto* real = std::get_if<double>(&value)) property.set_real(*real);
+  if (const auto* text = std::get_if<std::string>(&value)) property.set_text(*text);
+  if (const auto* vector = std::get_if<Vec3d>(&value)) *property.mutable_vector() = ToProto(*vector);
+  if (const auto* body = std::get_if<BodyId>(&value)) property.set_body(body->value());
+  if (const auto* blob = std::get_if<PropertyBytes>(&value)) {
+    property.set_bytes(blob->bytes.data(), blob->bytes.size());
+  }
+  return property;
+}
+
 inline v1::Quat ToProto(Quatd q) {
   v1::Quat out;
   out.set_x(q.x);

@@ -164,7 +164,8 @@ absl::Status ReadRecord(const v1::WorkerOrder& message, Order& order) {
     }
     std::optional<PropertyValue> value = FromProto(change.property());
     if (!value) return absl::InvalidArgumentError(absl::StrCat("property_changes[", i, "].property: has no value"));
-    order.properties.push_back({change.number(), BodyId(change.body()), change.property().name(), *std::move(value)});
+    const BodyId body = change.body() == 0 ? kInstanceBody : BodyId(change.body());
+    order.properties.push_back({change.number(), body, change.property().name(), *std::move(value)});
   }
   return absl::OkStatus();
 }

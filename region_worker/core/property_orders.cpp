@@ -13,8 +13,13 @@ std::uint64_t LastChange(const region::Region& region, BodyId body) {
   return entry == nullptr ? 0 : entry->change;
 }
 
-bool Declares(const Scene& scene, const std::string& name) {
-  return std::ranges::find(scene.properties, name, &PropertyDef::name) != scene.properties.end();
+bool Declares(const Scene& scene, BodyId body, const std::string& name) {
+  const std::vector<PropertyDef>& declared = body == kInstanceBody ? scene.instance_properties : scene.properties;
+  return std::ranges::find(declared, name, &PropertyDef::name) != declared.end();
+}
+
+bool OwnsRecord(const region::Region& region, BodyId body) {
+  return body == kInstanceBody ? region.OwnsWorld() : region.Owns(body);
 }
 
 }  // namespace
@@ -34,11 +39,11 @@ void PropertyOrders::Set(std::vector<PropertyOrder> orders) {
 void PropertyOrders::Apply(region::Region& region) {
   for (const PropertyOrder& order : orders_) {
     if (refused_.contains(order.number)) continue;
-    if (!Declares(region.catalog().scene(), order.name)) {
+    if (!Declares(region.catalog().scene(), order.body, order.name)) {
       refused_[order.number] = "no property \"" + order.name + "\"";
       continue;
     }
-    if (!region.Owns(order.body)) {
+    if (!OwnsRecord(region, order.body)) {
       made_.erase(order.number);
       continue;
     }
@@ -65,7 +70,7 @@ std::vector<PropertyAnswer> PropertyOrders::Answers(const region::Region& region
       continue;
     }
     const auto made = made_.find(order.number);
-    if (made == made_.end() || !region.Owns(order.body)) continue;
+    if (made == made_.end() || !OwnsRecord(region, order.body)) continue;
     const Tick safe = has_standby ? region.acknowledged() : region.tick();
     if (made->second <= safe) answers.push_back({order.number});
   }

@@ -23,7 +23,7 @@ namespace tessera::worker {
 
 struct PropertyOrder {
   std::uint64_t number = 0;
-  BodyId body;
+  BodyId body;  // kInstanceBody: the world
   std::string name;
   PropertyValue value;
 };

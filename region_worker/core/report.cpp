@@ -1,7 +1,10 @@
 #include "region_worker/core/report.h"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
+
+#include "core/world/proto_math.h"
 
 namespace tessera::worker {
 namespace {
@@ -74,6 +77,18 @@ void AddRun(const RegionRun& run, TimePoint now, v1::WorkerReport& report) {
   run.game_log().Report(report);
 }
 
+// All of them, where the world's record is owned here.
+void AddWorldProperties(const region::Region& region, v1::WorkerReport& report) {
+  const std::vector<PropertyDef>& defs = region.catalog().scene().instance_properties;
+  const std::optional<region::WorldProperties> now = region.OwnsWorld() ? region.world_properties() : std::nullopt;
+  if (!now || defs.empty()) return;
+  const PropertySet changed = PropertySet::Decode(now->bytes, defs).value_or(PropertySet());
+  report.set_world_epoch(now->epoch.value());
+  for (const PropertyDef& def : defs) {
+    *report.add_world_properties() = ToProto(def.name, *ValueOf(defs, {}, changed, def.name));
+  }
+}
+
 // Positions that part `values` into equal numbers.
 void AddQuantiles(std::vector<float>& values, google::protobuf::RepeatedField<float>& out) {
   std::sort(values.begin(), values.end());
@@ -138,6 +153,7 @@ v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::Region
   if (run != nullptr) {
     AddRun(*run, now, report);
     AddSpread(run->region(), report);
+    AddWorldProperties(run->region(), report);
   }
   return report;
 }

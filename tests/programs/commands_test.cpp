@@ -52,6 +52,7 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"apt-get install",
      "needs root and the network; ./dev package --try installs the same packages in an empty system"},
     {"./dev package", kTakesLong},
+    {"tessera instance set-property inst-1 world", "needs a world with a game, and those of this test have none"},
     {"tessera demo", "runs for a minute; end_to_end_instance_test runs it for less"},
     {"systemd-sysusers", kInContainer},
     {"sysctl", "needs root, and changes the kernel of the machine"},

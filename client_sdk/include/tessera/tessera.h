@@ -176,7 +176,10 @@ enum {
    * newer grant (tessera_renew) may lead back; without one the client ends after 30 s with TESSERA_NEW_GRANT_NEEDED. */
   TESSERA_EVENT_GRANT_NEEDED = 16,
   /* The world goes on from an earlier moment, by a checkpoint: all bodies vanish, and appear as they were then. */
-  TESSERA_EVENT_RESTORED = 17
+  TESSERA_EVENT_RESTORED = 17,
+  /* property: of the world; also for those that differ from the scene's when the client comes. See
+   * tessera_get_world_property */
+  TESSERA_EVENT_WORLD_PROPERTY_CHANGED = 18
 };
 
 typedef struct tessera_event {
@@ -347,6 +350,11 @@ typedef struct tessera_property {
  * declares no such property. */
 TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint64_t body, const char* name,
                                               tessera_property* property);
+
+/* A property of the world as a whole, one of the scene's instance_properties, by its name: its newest value; in a
+ * recording, and where no client may see it, the scene's value. TESSERA_NOT_FOUND if the scene declares no such one. */
+TESSERA_API tessera_code tessera_get_world_property(const tessera_client* client, const char* name,
+                                                    tessera_property* property);
 
 /* Number of the player, from 1; 0 for a viewer and for a recording of one. */
 TESSERA_API uint32_t tessera_player(const tessera_client* client);

@@ -261,22 +261,13 @@ class Client {
   std::optional<Property> PropertyOf(std::uint64_t body, const std::string& name) const {
     tessera_property value = TESSERA_PROPERTY;
     if (tessera_get_property(get(), body, name.c_str(), &value) != TESSERA_OK) return std::nullopt;
-    switch (value.type) {
-      case TESSERA_PROPERTY_BOOL:
-        return Property(value.integer != 0);
-      case TESSERA_PROPERTY_INT:
-        return Property(value.integer);
-      case TESSERA_PROPERTY_REAL:
-        return Property(value.real);
-      case TESSERA_PROPERTY_VECTOR:
-        return Property(std::array<double, 3>{value.vector[0], value.vector[1], value.vector[2]});
-      case TESSERA_PROPERTY_BODY:
-        return Property(BodyReference{value.body});
-      case TESSERA_PROPERTY_BYTES:
-        return Property(std::vector<std::uint8_t>(value.bytes, value.bytes + value.byte_count));
-      default:
-        return Property(std::string(value.text));
-    }
+    return PropertyFrom(value);
+  }
+  // The same of the world as a whole: one of the scene's instance_properties.
+  std::optional<Property> WorldPropertyOf(const std::string& name) const {
+    tessera_property value = TESSERA_PROPERTY;
+    if (tessera_get_world_property(get(), name.c_str(), &value) != TESSERA_OK) return std::nullopt;
+    return PropertyFrom(value);
   }
   std::uint32_t player() const { return tessera_player(get()); }
   std::uint64_t own_body() const { return tessera_own_body(get()); }
@@ -329,6 +320,25 @@ class Client {
   tessera_client* get() const { return client_.get(); }
 
  private:
+  static Property PropertyFrom(const tessera_property& value) {
+    switch (value.type) {
+      case TESSERA_PROPERTY_BOOL:
+        return Property(value.integer != 0);
+      case TESSERA_PROPERTY_INT:
+        return Property(value.integer);
+      case TESSERA_PROPERTY_REAL:
+        return Property(value.real);
+      case TESSERA_PROPERTY_VECTOR:
+        return Property(std::array<double, 3>{value.vector[0], value.vector[1], value.vector[2]});
+      case TESSERA_PROPERTY_BODY:
+        return Property(BodyReference{value.body});
+      case TESSERA_PROPERTY_BYTES:
+        return Property(std::vector<std::uint8_t>(value.bytes, value.bytes + value.byte_count));
+      default:
+        return Property(std::string(value.text));
+    }
+  }
+
   static GameValue Of(const tessera_game_event_field& field) {
     switch (field.type) {
       case TESSERA_FIELD_BOOL:
