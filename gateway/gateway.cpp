@@ -46,6 +46,7 @@ void Gateway::LeaveAll() {
 Gateway::Viewer* Gateway::Admit(ViewerId& id) {
   id = ++last_viewer_;
   Viewer& viewer = viewers_[id];
+  viewer.session.LimitBytes(options_.max_viewer_bytes_per_s);
   metrics_.viewers.Set(static_cast<double>(viewers_.size()));
   if (viewers_.size() <= options_.max_viewers) return &viewer;
   metrics_.refused_full.Increment();
@@ -288,6 +289,10 @@ std::optional<OutgoingMessage> Gateway::Next(ViewerId id, TimePoint now) {
   } else {
     metrics_.frames.Increment();
     metrics_.frame_bytes.Increment(bytes);
+    if (const std::size_t deferred = session.last_frame().deferred; deferred > 0) {
+      metrics_.limited_frames.Increment();
+      metrics_.deferred_bodies.Increment(static_cast<double>(deferred));
+    }
     metrics_.frame_seconds.Observe(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   return message;

@@ -36,6 +36,7 @@ struct GatewayOptions {
   std::string key;
   bool workers_are_here = false;  // orders may end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;
+  double max_viewer_bytes_per_s = 4e6;
   std::string recordings_dir;  // empty: no recordings
   RecordingLimits recording_limits{};
 };

@@ -15,7 +15,7 @@ struct GatewayMetrics {
 
   std::shared_ptr<prometheus::Registry> registry = std::make_shared<prometheus::Registry>();
   prometheus::Gauge &worlds, &viewers, &players, &connections, &recordings;
-  prometheus::Counter &frames, &frame_bytes, &other_bytes, &late_frames;
+  prometheus::Counter &frames, &frame_bytes, &other_bytes, &late_frames, &limited_frames, &deferred_bodies;
   prometheus::Counter &messages, &bad_messages;
   prometheus::Counter &refused_full, &refused_origin;
   prometheus::Counter &orders_done, &orders_failed, &orders_refused;

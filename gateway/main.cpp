@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 
 #include "gateway/gateway.h"
+#include "gateway/viewer_format.h"
 #include "gateway/visitor_right.h"
 #include "gateway/web_server.h"
 #include "host/files.h"
@@ -38,7 +39,7 @@ struct GatewayFlags {
   std::string page, ready_file, token_file, key_file, log_level;
   std::vector<std::string> allow_origins;
   GatewayOptions options;
-  std::uint64_t recording_mb = 1000, recordings_mb = 10'000;
+  std::uint64_t max_viewer_kbytes = 4000, recording_mb = 1000, recordings_mb = 10'000;
 };
 
 int Fail(const absl::Status& status) {
@@ -96,6 +97,7 @@ absl::Status Run(const GatewayFlags& flags) {
   const std::string page = flags.page.empty() ? FindPage() : flags.page;
   if (page.empty()) spdlog::warn("page not found; only the API is served");
   GatewayOptions options = flags.options;
+  options.max_viewer_bytes_per_s = static_cast<double>(flags.max_viewer_kbytes) * 1000;
   options.recording_limits = {flags.recording_mb * 1'000'000, flags.recordings_mb * 1'000'000};
   if (options.control.address.empty()) options.control.address = "unix:" + trust::DefaultControlSocket();
   if (!flags.token_file.empty()) {
@@ -175,6 +177,11 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--max-players", flags.options.max_players, "viewers at once that play")
       ->check(CLI::Range(0, 1'000))
+      ->capture_default_str();
+  app.add_option("--max-viewer-kbytes", flags.max_viewer_kbytes,
+                 "most of frames and values that one viewer is sent a second, kilobytes; bodies that are near and fast "
+                 "come first")
+      ->check(CLI::Range(gateway::kMinBudget_kbytes_per_s, gateway::kMaxBudget_kbytes_per_s))
       ->capture_default_str();
   app.add_option(
       "--recordings-dir", flags.options.recordings_dir,

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <numbers>
+#include <set>
 
 #include "core/world/scene_load.h"
 #include "gateway/testing/viewer_decoder.h"
@@ -202,6 +203,86 @@ TEST_F(ViewerEncoderTest, FarPlacesAndTheHighestIdAreExact) {
   Frame();
   EXPECT_EQ(decoder_.bodies.at(1).Metres().x, -1e7);
   EXPECT_TRUE(decoder_.bodies.contains(kHighest));
+}
+
+// --- A limit of bytes ------------------------------------------------------------------------------------------------
+
+TEST_F(ViewerEncoderTest, WithALimitNearAndFastBodiesAreSentFirst) {
+  // Ten slow ones far away, ten slow ones near, ten fast ones far away.
+  const auto put = [this](double t) {
+    for (std::uint64_t i = 0; i < 10; ++i) {
+      const double z = static_cast<double>(i);
+      builder_.Put(1 + i, {300 + t * 0.1, 0, z}).Put(11 + i, {t * 0.1, 0, z}).Put(21 + i, {-300 + t * 30, 0, z});
+    }
+  };
+  put(0);
+  Frame();
+  put(1);
+  const auto words = Frame({.near_first = true, .max_bytes = 140});
+  EXPECT_LE(bytes_, 150u);
+  EXPECT_EQ(words["flags"], kDeferredFlag);
+  EXPECT_EQ(content_.changed + content_.deferred, 30u);
+  const auto sent = [this](std::uint64_t first, double x) {
+    int count = 0;
+    for (std::uint64_t id = first; id < first + 10; ++id)
+      count += std::abs(decoder_.bodies.at(id).Metres().x - x) < 1e-3;
+    return count;
+  };
+  EXPECT_EQ(sent(21, -270), 10) << "fast";
+  EXPECT_GE(sent(11, 0.1), 3) << "near";
+  EXPECT_EQ(sent(1, 300.1), 0);
+}
+
+TEST_F(ViewerEncoderTest, WithALimitEachBodyHasItsTurnAndStillWorldIsCompleteInTheEnd) {
+  constexpr std::uint64_t kBodies = 200;
+  std::set<std::uint64_t> unseen;
+  const auto put = [this](int t) {
+    for (std::uint64_t id = 1; id <= kBodies; ++id) {
+      builder_.Put(id, {static_cast<double>(id) + t * 0.01 * static_cast<double>(id), 0, 0});
+    }
+  };
+  for (std::uint64_t id = 1; id <= kBodies; ++id) unseen.insert(id);
+  for (int t = 0; t < 400; ++t) {
+    put(t);
+    const auto words = Frame({.near_first = true, .max_bytes = 150});
+    EXPECT_LT(bytes_, 150u + 60);
+    for (const auto& [id, body] : decoder_.bodies) {
+      if (t >= 200 && std::abs(body.Metres().x - static_cast<double>(id) * (1 + t * 0.01)) < 1e-3) unseen.erase(id);
+    }
+  }
+  EXPECT_THAT(unseen, testing::IsEmpty()) << "of these nothing new was sent in 200 frames";
+  do {
+    Frame({.near_first = true, .max_bytes = 150});
+    ASSERT_GT(content_.changed + (content_.deferred == 0), 0u) << "no frame is without progress";
+  } while (content_.deferred > 0);
+  for (const auto& [id, body] : decoder_.bodies) EXPECT_NEAR(body.Metres().x, static_cast<double>(id) * 4.99, 1e-3);
+}
+
+TEST_F(ViewerEncoderTest, TheSelectedBodyIsSentBeforeAll) {
+  for (std::uint64_t id = 1; id <= 50; ++id) builder_.Put(id, {0, 0, 0});
+  builder_.Put(60, {1000, 0, 0});
+  Frame({.near_first = true, .foremost = BodyId(60), .max_bytes = 45});
+  EXPECT_THAT(Ids(), ElementsAre(60));
+}
+
+TEST_F(ViewerEncoderTest, ABodyThatWaitsForRoomMayGoUnsentOrBeRenamed) {
+  builder_.Put(1, {0, 0, 0}).Put(2, {100, 0, 0}).Put(3, {100, 0, 0});
+  Frame({.near_first = true, .max_bytes = 45});
+  EXPECT_THAT(Ids(), ElementsAre(1));
+  EXPECT_EQ(content_.deferred, 2u);
+  builder_.Remove(2);
+  Frame();
+  EXPECT_EQ(content_.vanished, 0u) << "nobody has seen it";
+  EXPECT_THAT(Ids(), ElementsAre(1, 3));
+
+  builder_.Put(1, {50, 0, 0}).Rename(3, "crate");
+  builder_.Put(3, {100, 0, 0});
+  Frame({.near_first = true, .max_bytes = 45});
+  EXPECT_THAT(Ids(), ElementsAre(1, 3)) << "it stays under its old name";
+  EXPECT_EQ(decoder_.bodies.at(3).name, "ball");
+  Frame();
+  EXPECT_EQ(decoder_.bodies.at(3).name, "crate");
+  EXPECT_EQ(decoder_.bodies.at(3).Metres().x, 100);
 }
 
 // --- Golden messages. The page's tests read the same files. --------------------------------------------------------

@@ -15,7 +15,7 @@ enum class MessageKind : std::uint8_t { kWelcome = 1, kShapes = 2, kStatics = 3,
 inline constexpr std::size_t kMaxSceneMessage_bytes = std::size_t{1} << 20;
 
 // Frames.
-inline constexpr std::uint8_t kPausedFlag = 1;
+inline constexpr std::uint8_t kPausedFlag = 1, kDeferredFlag = 2;
 inline constexpr std::uint8_t kTriggerFlag = 1, kKinematicFlag = 2;
 inline constexpr std::uint8_t kPositionBit = 1, kOrientationBit = 2, kOwnerBit = 4, kStateBit = 8, kSpeedBit = 16;
 inline constexpr std::uint8_t kAllBits = 31;
@@ -26,6 +26,9 @@ inline constexpr double kPositionSteps_per_m = 1024, kSpeedSteps_per_m_s = 64;
 inline constexpr std::size_t kMaxViewerMessage_bytes = 4096;
 inline constexpr double kViewerMessages_per_s = 120;
 inline constexpr int kMaxBadMessages = 10;  // within a minute; then the viewer is closed
+// Limits for a viewer's own limit of bytes: at the least a frame of some hundred bodies fits into a quarter of a
+// second.
+inline constexpr std::uint64_t kMinBudget_kbytes_per_s = 16, kMaxBudget_kbytes_per_s = 1'000'000;
 inline constexpr std::uint32_t kMaxFrameRate_hz = 60, kFirstFrameRate_hz = 30;
 // Contacts sent to a viewer in a second, and those that wait for one that reads slowly.
 inline constexpr std::size_t kMaxMet_per_s = 100, kMaxMetKept = 100;

@@ -110,6 +110,9 @@ ViewerMessage ReadView(Fields& in) {
     if (!IsFinite(*view.center)) in.Refuse("center", "is not finite");
   }
   view.radius_m = in.Real("radius_m", 0, kMaxCoordinate_m).value_or(0);
+  if (const auto most = in.Whole("kbytes_per_s", kMinBudget_kbytes_per_s, kMaxBudget_kbytes_per_s)) {
+    view.bytes_per_s = static_cast<double>(*most) * 1000;
+  }
   return view;
 }
 

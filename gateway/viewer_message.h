@@ -24,6 +24,7 @@ struct SetView {
   std::optional<std::uint32_t> rate_hz{};  // nothing: as it was
   std::optional<Vec3d> center{};           // nothing: as it was
   double radius_m = 0;                     // 0: everything
+  std::optional<double> bytes_per_s{};     // nothing: as it was
 };
 struct Select {
   BodyId body{};  // 0: none

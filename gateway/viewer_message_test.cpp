@@ -22,14 +22,16 @@ Message Read(std::string_view text) {
 std::string WhyNot(std::string_view text) { return std::string(ParseViewerMessage(text).status().message()); }
 
 TEST(ViewerMessageTest, AViewLeavesOutWhatStays) {
-  const auto all = Read<SetView>(R"({"type":"view","rate_hz":60,"center":[1,2,3],"radius_m":50})");
+  const auto all = Read<SetView>(R"({"type":"view","rate_hz":60,"center":[1,2,3],"radius_m":50,"kbytes_per_s":200})");
   EXPECT_EQ(all.rate_hz, 60u);
   EXPECT_EQ(all.center, (Vec3d{1, 2, 3}));
   EXPECT_EQ(all.radius_m, 50);
+  EXPECT_EQ(all.bytes_per_s, 200'000);
   const auto none = Read<SetView>(R"({"type":"view"})");
   EXPECT_FALSE(none.rate_hz.has_value());
   EXPECT_FALSE(none.center.has_value());
   EXPECT_EQ(none.radius_m, 0);
+  EXPECT_FALSE(none.bytes_per_s.has_value());
 }
 
 TEST(ViewerMessageTest, ReadsWhatAPlayerAndAnOperatorSend) {
@@ -71,6 +73,7 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot(std::string(4000, '[')), "message: must be an object of JSON");
   EXPECT_EQ(WhyNot(R"({"type":"dance"})"),
             "type: must be view, select, join, leave, steer, order, play, authorize or property");
+  EXPECT_EQ(WhyNot(R"({"type":"view","kbytes_per_s":15})"), "kbytes_per_s: must be a whole number from 16 to 1000000");
   EXPECT_EQ(WhyNot(R"({"type":7})"), "type: must be a text of at most 64 bytes");
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":0})"), "rate_hz: must be a whole number from 1 to 60");
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":30.5})"), "rate_hz: must be a whole number from 1 to 60");

@@ -1,6 +1,7 @@
 #include "gateway/viewer_session.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "gateway/viewer_format.h"
@@ -15,15 +16,22 @@ constexpr milliseconds kDetailInterval{100}, kMetWindow{1000}, kValuesInterval{2
 constexpr std::size_t kMaxValues = 1000;
 // A world that stands still is shown again after so long, for its viewers to see that it is still shown.
 constexpr milliseconds kStillInterval{500};
+constexpr double kNoByteLimit = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-ViewerSession::ViewerSession() : rate_hz_(kFirstFrameRate_hz) {}
+ViewerSession::ViewerSession()
+    : rate_hz_(kFirstFrameRate_hz), limit_bytes_per_s_(kNoByteLimit), asked_bytes_per_s_(kNoByteLimit) {}
 
 void ViewerSession::Show(const ViewFeed* view, const NewsFeed* news) {
   if (news != news_) status_number_ = events_ = recording_number_ = play_number_ = 0;
   view_ = view;
   news_ = news;
+}
+
+void ViewerSession::LimitBytes(double bytes_per_s) {
+  limit_bytes_per_s_ = bytes_per_s;
+  bytes_.Limit(std::min(limit_bytes_per_s_, asked_bytes_per_s_));
 }
 
 // --- What it sends ---------------------------------------------------------------------------------------------------
@@ -45,6 +53,8 @@ std::optional<ViewerMessage> ViewerSession::Receive(std::string_view text, TimeP
     if (view->center) shown_.center = *view->center;
     center_given_ = center_given_ || view->center.has_value();
     view_changed_ = true;
+    asked_bytes_per_s_ = view->bytes_per_s.value_or(asked_bytes_per_s_);
+    bytes_.Limit(std::min(limit_bytes_per_s_, asked_bytes_per_s_));
     return std::nullopt;
   }
   if (const auto* select = std::get_if<Select>(&*message)) {
@@ -145,9 +155,10 @@ bool ViewerSession::ValuesDue(TimePoint now) const {
          view_->values && now >= next_values_;
 }
 
-// Those that differ from what was sent; empty: none do.
+// Those that differ from what was sent; empty: none do, or the budget is spent.
 std::string ViewerSession::NewValues(TimePoint now) {
   next_values_ = now + kValuesInterval;
+  if (bytes_.Left(now) == 0) return "";
   const PropertyValues& values = view_->values(property_, now);
   std::erase_if(sent_values_, [&](const auto& sent) { return !values.contains(sent.first); });
   PropertyValues changed;
@@ -217,7 +228,10 @@ std::optional<OutgoingMessage> ViewerSession::NextText(TimePoint now) {
     if (!detail.empty() && detail != last_detail_) return SendText(last_detail_ = std::move(detail));
   }
   if (ValuesDue(now)) {
-    if (std::string values = NewValues(now); !values.empty()) return SendText(std::move(values));
+    if (std::string values = NewValues(now); !values.empty()) {
+      bytes_.Spend(values.size());
+      return SendText(std::move(values));
+    }
   }
   return std::nullopt;
 }
@@ -242,7 +256,11 @@ std::optional<OutgoingMessage> ViewerSession::NextFrame(TimePoint now) {
     }
   }
   frame_.Wrote(frame_.bytes().data());
-  encoder_.Frame(*view_->picture, shown_, frame_);
+  shown_.near_first = center_given_ || follow_ != BodyId();
+  shown_.foremost = selected_ != BodyId() ? selected_ : follow_;
+  shown_.max_bytes = bytes_.Left(now);
+  content_ = encoder_.Frame(*view_->picture, shown_, frame_);
+  bytes_.Spend(frame_.size());
   view_changed_ = false;
   last_frame_ = now;
   const std::chrono::nanoseconds interval(1'000'000'000 / rate_hz_);

@@ -6,6 +6,9 @@
 // the socket can take one, out of what is newest then. What cannot be left out (answers, the first messages) is
 // bounded.
 //
+// Frames and values keep to a budget of bytes a second, the lower of the gateway's limit and the viewer's own: a frame
+// that has no room for all leaves out what the viewer would miss least.
+//
 //   session.Show(view_feed, news_feed);
 //   on writable:  if (auto message = session.Next(now)) Write(*message);
 //   on message:   if (auto asked = session.Receive(text, now)) Do(*asked);
@@ -23,6 +26,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/byte_budget.h"
 #include "gateway/gateway_message.h"
 #include "gateway/scene_book.h"
 #include "gateway/viewer_encoder.h"
@@ -105,11 +109,14 @@ class ViewerSession {
   bool over() const { return over_; }
   const std::string& close_code() const { return close_code_; }
 
+  // The most that it is sent; without this call there is no limit.
+  void LimitBytes(double bytes_per_s);
   // The body that the view of a player follows while it names no centre.
   void FollowBody(BodyId body) { follow_ = body; }
   BodyId selected() const { return selected_; }
   std::uint32_t rate_hz() const { return rate_hz_; }
   std::uint64_t frames() const { return frames_; }
+  const FrameContent& last_frame() const { return content_; }
   std::uint64_t bad_messages() const { return bad_messages_; }
 
  private:
@@ -142,8 +149,10 @@ class ViewerSession {
   ViewerView shown_;
   BodyId follow_{}, selected_{};
   bool center_given_ = false;
+  double limit_bytes_per_s_, asked_bytes_per_s_;  // the gateway's and its own; infinite: none
 
   MessageBudget budget_;
+  ByteBudget bytes_;
   std::deque<std::string> answers_;
   std::optional<Problem> problem_;
   bool final_ = false, over_ = false;
@@ -155,6 +164,7 @@ class ViewerSession {
   std::string property_;        // the one whose values are sent; empty: none
   PropertyValues sent_values_;  // only of bodies that are there still
   TimePoint next_values_{};
+  FrameContent content_;
   std::uint64_t frames_ = 0, bad_messages_ = 0;
   ByteWriter frame_;
   std::string text_;

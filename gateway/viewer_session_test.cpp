@@ -127,6 +127,58 @@ TEST_F(ViewerSessionTest, WhoReadsSlowlyGetsTheNewestFrameOnce) {
   EXPECT_EQ(decoder_.bodies.at(2).Metres().x, 999 * 0.25);
 }
 
+TEST_F(ViewerSessionTest, BytesASecondKeepToTheLowerBudget) {
+  session_.LimitBytes(40'000);
+  double x = 0;
+  const auto bytes_in_ten_seconds = [&] {
+    std::size_t bytes = 0;
+    for (const auto until = now_ + 10s; now_ < until; now_ += 16'667us) {
+      Move(x += 0.25);
+      for (std::uint64_t id = 3; id < 500; ++id) {
+        picture_.bodies.push_back(picture_.bodies.front());
+        picture_.bodies.back().id = BodyId(id);
+      }
+      while (const auto message = session_.Next(now_)) {
+        const bool frame = message->binary && message->bytes[0] == static_cast<std::uint8_t>(MessageKind::kFrame);
+        if (frame) bytes += message->bytes.size();
+      }
+    }
+    return bytes;
+  };
+  const auto near = [](double bytes) { return testing::AllOf(testing::Gt(bytes * 0.95), testing::Lt(bytes * 1.03)); };
+  EXPECT_THAT(static_cast<double>(bytes_in_ten_seconds()), near(400'000));
+  EXPECT_GT(session_.last_frame().deferred, 0u);
+  Receive(R"({"type":"view","kbytes_per_s":20})");
+  EXPECT_THAT(static_cast<double>(bytes_in_ten_seconds()), near(200'000));
+  Receive(R"({"type":"view","kbytes_per_s":1000})");
+  EXPECT_THAT(static_cast<double>(bytes_in_ten_seconds()), near(400'000)) << "the gateway's limit holds";
+  session_.LimitBytes(10e6);
+  bytes_in_ten_seconds();
+  EXPECT_EQ(session_.last_frame().deferred, 0u);
+}
+
+TEST_F(ViewerSessionTest, ValuesWaitWhileTheBudgetIsSpent) {
+  PropertyValues values;
+  for (std::uint64_t id = 10; id < 5010; ++id) values[BodyId(id)] = "0";
+  view_.values = [&](const std::string&, ViewerSession::TimePoint) -> const PropertyValues& { return values; };
+  session_.LimitBytes(8'000);
+  Drain();
+  Receive(R"({"type":"property","name":"health"})");
+  const auto count = [&] {
+    const auto kinds = Drain();
+    return std::count(kinds.begin(), kinds.end(), "values");
+  };
+  EXPECT_EQ(count(), 1) << "the first thousand";
+  now_ += 250ms;
+  EXPECT_EQ(count(), 0);
+  std::int64_t later = 0;
+  for (int i = 0; i < 40; ++i) {
+    now_ += 250ms;
+    later += count();
+  }
+  EXPECT_EQ(later, 4);
+}
+
 TEST_F(ViewerSessionTest, AWorldThatStandsStillIsShownNowAndThen) {
   picture_.paused = true;
   Drain();

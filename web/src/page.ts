@@ -21,6 +21,7 @@ const STALE_S = 1.5;
 const STEER_EVERY_S = 1 / 30;
 const SLOW_UI_EVERY_S = 0.25;
 const TOAST_S = 6;
+const LIMITED_S = 1; // so long after a frame that left bodies out, the page says so
 
 export class Page implements SessionListener {
   readonly session: Session = new Session(this);
@@ -349,6 +350,7 @@ export class Page implements SessionListener {
   private drawSlowly(now_s: number): void {
     const { session } = this;
     session.checkOrders(now_s);
+    session.lookAt(this.view.rig.target, this.view.rig.distance);
     this.room.draw(session.room, now_s);
     this.detail.show(session.bodies, this.view.selected, session.detail, this.view.follows);
     if (session.link.state === 'waiting') this.toldWaiting(session.link);
@@ -362,7 +364,10 @@ export class Page implements SessionListener {
     this.fresh.className = `pill ${stale ? 'bad' : late ? 'warn' : 'good'}`;
     if (session.play) setText(this.fresh, session.play.paused ? 'paused' : `${session.play.speed}×`);
     else setText(this.fresh, !Number.isFinite(age_s) ? 'waiting' : stale ? `stale ${age_s.toFixed(1)} s` : late ? `figures ${figures_s.toFixed(0)} s old` : 'live');
-    setText(this.counts, `${session.bodies.count.toLocaleString('en-US')} bodies · ${session.bodies.moving_count.toLocaleString('en-US')} moving · ${this.perf.rate.toFixed(0)} fps`);
+    const limited = now_s - session.limited_at_s < LIMITED_S;
+    this.counts.classList.toggle('limited', limited);
+    this.counts.title = limited ? 'More moves than the budget of bytes has room for: bodies far away come later (--max-viewer-kbytes).' : '';
+    setText(this.counts, `${session.bodies.count.toLocaleString('en-US')} bodies · ${session.bodies.moving_count.toLocaleString('en-US')} moving · ${this.perf.rate.toFixed(0)} fps${limited ? ' · some late' : ''}`);
     this.time.showPaused(session.play ? session.play.paused : session.paused);
     this.time.showTick(session.tick, session.welcome?.tick_rate ?? 60);
   }

@@ -10,6 +10,9 @@ import { Room } from './world/room.ts';
 import { Values } from './world/values.ts';
 
 const ANSWER_WAIT_S = 15;
+// Another place is looked at where it is so far away, as a share of the camera's distance, or as metres.
+const LOOKS_ELSEWHERE = 0.05;
+const LOOKS_ELSEWHERE_M = 2;
 
 export interface SessionListener extends BodyListener {
   welcomed(welcome: Welcome): void;
@@ -47,12 +50,14 @@ export class Session {
   frames = 0;
   met = 0; // contacts that have come
   frame_at_s = -Infinity;
+  limited_at_s = -Infinity; // when a frame last left bodies out, for want of the budget of bytes
   decode_ms = 0; // spent on messages since somebody last set it to 0
   link: LinkState = { state: 'connecting' };
   selected = '';
   private connection: Connection | null = null;
   private number = 0;
   private readonly asked = new Map<number, Asked>();
+  private looked_at: number[] | null = null; // as this connection was told
   private readonly listener: SessionListener;
 
   constructor(listener: SessionListener) {
@@ -62,6 +67,7 @@ export class Session {
 
   open(path: string): void {
     this.close();
+    this.looked_at = null;
     this.connection = new Connection(path, {
       binary: (message) => {
         const begin = performance.now();
@@ -71,6 +77,7 @@ export class Session {
       json: (message) => this.json(message),
       changed: (state) => {
         this.link = state;
+        if (state.state !== 'open') this.looked_at = null;
         const right = state.state === 'open' ? keptRight() : null;
         if (right) this.authorize(right, () => {});
         this.listener.linked(state);
@@ -121,6 +128,15 @@ export class Session {
     }
   }
 
+  // Says what is looked at, from `distance` away: where bytes are scarce, what is near to it comes first.
+  lookAt(place: number[], distance: number): void {
+    if (this.link.state !== 'open' || this.welcome === null) return;
+    const moved = this.looked_at === null ? Infinity : Math.hypot(...place.map((at, axis) => at - this.looked_at![axis]!));
+    if (moved < Math.max(LOOKS_ELSEWHERE_M, LOOKS_ELSEWHERE * distance)) return;
+    const center = place.map((at) => Math.round(100 * at) / 100);
+    if (this.send({ type: 'view', center })) this.looked_at = place;
+  }
+
   select(body: string): void {
     this.selected = body;
     this.detail = null;
@@ -166,6 +182,7 @@ export class Session {
         this.paused = message.paused;
         this.bodies.apply(message);
         this.frame_at_s = performance.now() / 1000;
+        if (message.limited) this.limited_at_s = this.frame_at_s;
         this.playout.arrived(message.time, this.frame_at_s);
         ++this.frames;
         this.listener.framed();

@@ -31,6 +31,7 @@ interface Request {
   token?: string;
   key?: string;
   body?: string;
+  center?: number[];
   name?: string;
   region?: number;
   on?: boolean;
@@ -105,7 +106,7 @@ export class FakeViewer {
       const change = this.changeOf(body);
       if (change) changed.push(change);
     }
-    return encodeFrame({ tick: this.world.tick, time: performance.now() / 1000, paused: this.world.paused, vanished, appeared, changed });
+    return encodeFrame({ tick: this.world.tick, time: performance.now() / 1000, paused: this.world.paused, limited: this.world.limited, vanished, appeared, changed });
   }
 
   private changeOf(body: FakeBody): ChangedBody | null {
@@ -201,6 +202,9 @@ export class FakeViewer {
 
   private asked(request: Request): void {
     switch (request.type) {
+      case 'view':
+        this.world.looked_at = request.center ?? [];
+        break;
       case 'select':
         this.selected = request.body ?? '';
         break;

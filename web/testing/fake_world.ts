@@ -39,6 +39,8 @@ export class FakeWorld {
   tick = 0;
   map_version = 1;
   paused = false;
+  limited = false; // frames say that they leave bodies out
+  looked_at: number[] = []; // by the viewer that last said so
   failovers = 0;
   bodies: FakeBody[] = [];
   regions: FakeRegion[] = [1, 2, 3, 4].map((region) => ({ region, host: `host-${region}`, standby: (region % 4) + 1, alive: true }));

@@ -173,6 +173,18 @@ test('bodies take the colours of a property that the world declares', async () =
   assert.equal(await page.locator('#legend', { hasText: 'region 1' }).count(), 1);
 });
 
+test('the gateway is told what is looked at, and the page says when bytes are scarce', async () => {
+  await value('tessera.view.rig.set([10, 30, 20.01], [10, 2, 20])');
+  const told = () => Math.hypot(...[10, 2, 20].map((at, axis) => at - (gateway.world.looked_at[axis] ?? Infinity))) < 2;
+  for (const until = performance.now() + WAIT.timeout; !told() && performance.now() < until; ) await value('new Promise(requestAnimationFrame)');
+  assert.ok(told(), `looked at ${gateway.world.looked_at.join()}`);
+  const late = (is: boolean) => page.waitForFunction(`document.getElementById('counts').textContent.includes('some late') === ${is}`, undefined, WAIT);
+  gateway.world.limited = true;
+  await late(true);
+  gateway.world.limited = false;
+  await late(false);
+});
+
 test('the right stick turns the camera', async () => {
   const yaw = await value<number>('tessera.view.rig.yaw');
   const stick = (right: number) => value(`void (navigator.getGamepads = () => [{ connected: true, axes: [0, 0, ${right}, 0], buttons: [] }])`);

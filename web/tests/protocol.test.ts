@@ -54,6 +54,7 @@ test('a frame keeps ids of 64 bits, signs and what its masks name', () => {
       tick: 2 ** 40,
       time: 1.5,
       paused: true,
+      limited: true,
       vanished: [5n, MADE],
       appeared: [{ id: 9n, shape: 1, flags: 2, player: 4, name: 'ada', mass: 2.5 }],
       changed: [
@@ -64,7 +65,7 @@ test('a frame keeps ids of 64 bits, signs and what its masks name', () => {
     }),
   );
   assert.ok(message.kind === Kind.frame);
-  assert.deepEqual([message.tick, message.time, message.paused], [2 ** 40, 1.5, true]);
+  assert.deepEqual([message.tick, message.time, message.paused, message.limited], [2 ** 40, 1.5, true, true]);
   assert.deepEqual(message.vanished.map(({ high, low }) => idText(high, low)), ['5', String(MADE)]);
   assert.equal(message.appeared[0]!.name, 'ada');
   const changed = message.changed;

@@ -7,6 +7,8 @@ import {
   type ChangedBodies,
   type Frame,
   Kind,
+  LIMITED,
+  PAUSED,
   type PartitionMap,
   type Shape,
   type Shapes,
@@ -167,7 +169,7 @@ function partitionMap(reader: Reader): PartitionMap {
 function frame(reader: Reader): Frame {
   const tick = reader.varint();
   const time = reader.f64();
-  const paused = (reader.u8() & 1) !== 0;
+  const flags = reader.u8();
   const vanished = [];
   let high = 0;
   let low = 0;
@@ -180,7 +182,16 @@ function frame(reader: Reader): Frame {
   }
   const appeared: Appeared[] = [];
   for (let left = reader.count(9); left > 0; --left) appeared.push(appearedBody(reader));
-  return { kind: Kind.frame, tick, time, paused, vanished, appeared, changed: changedBodies(reader) };
+  return {
+    kind: Kind.frame,
+    tick,
+    time,
+    paused: (flags & PAUSED) !== 0,
+    limited: (flags & LIMITED) !== 0,
+    vanished,
+    appeared,
+    changed: changedBodies(reader),
+  };
 }
 
 function appearedBody(reader: Reader): Appeared {

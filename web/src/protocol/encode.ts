@@ -4,6 +4,8 @@ import {
   type Appeared,
   Changed,
   Kind,
+  LIMITED,
+  PAUSED,
   type PartitionMap,
   type Shape,
   type Shapes,
@@ -183,6 +185,7 @@ export interface FrameToEncode {
   tick: number;
   time: number;
   paused: boolean;
+  limited?: boolean;
   vanished: bigint[]; // ascending
   appeared: (Omit<Appeared, 'high' | 'low'> & { id: bigint })[];
   changed: ChangedBody[]; // ascending
@@ -208,7 +211,7 @@ export function encodeFrame(frame: FrameToEncode): Uint8Array {
   out.u8(Kind.frame);
   out.varint(frame.tick);
   out.f64(frame.time);
-  out.u8(frame.paused ? 1 : 0);
+  out.u8((frame.paused ? PAUSED : 0) | (frame.limited ? LIMITED : 0));
   let last = 0n;
   out.varint(frame.vanished.length);
   for (const id of frame.vanished) {

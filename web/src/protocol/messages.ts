@@ -72,6 +72,10 @@ export interface PartitionMap {
   cells: Cell[];
 }
 
+// Flags of a frame.
+export const PAUSED = 1;
+export const LIMITED = 2;
+
 export const ASLEEP = 1;
 export const EXTRAPOLATED = 2;
 export const PREDICTED = 4;
@@ -90,6 +94,7 @@ export interface Frame {
   tick: number;
   time: number; // seconds of the gateway's clock
   paused: boolean;
+  limited: boolean; // bodies were left out, for the budget of bytes was spent
   vanished: { high: number; low: number }[];
   appeared: Appeared[];
   changed: ChangedBodies;

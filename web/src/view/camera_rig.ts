@@ -47,7 +47,7 @@ export class CameraRig {
 
   // The depth buffer's precision goes where it is looked at.
   adapt(): void {
-    const distance = this.camera.position.distanceTo(this.controls.target);
+    const distance = this.distance;
     this.camera.near = Math.max(0.05, 0.02 * distance);
     this.camera.far = 40 * distance + 500;
     this.camera.updateProjectionMatrix();
@@ -91,6 +91,14 @@ export class CameraRig {
     this.camera.position.set(x + back.x, y + 0.55 * CHASE_M, z + back.z);
     this.last.set(x, y, z);
     this.following = true;
+  }
+
+  get target(): number[] {
+    return this.controls.target.toArray();
+  }
+
+  get distance(): number {
+    return this.camera.position.distanceTo(this.controls.target);
   }
 
   // The direction on the ground that is forward for who looks, as an angle about y; 0 looks along -z.
