@@ -14,6 +14,8 @@
 #include "cli/client_view.h"
 #include "cli/commands.h"
 #include "cli/contexts.h"
+#include "cli/keys.h"
+#include "cli/playback.h"
 #include "cli/signals.h"
 #include "host/files.h"
 #include "local_cluster/bot.h"
@@ -42,6 +44,10 @@ struct ClientOptions {
   bool events = false;
 };
 
+constexpr char kKeysHelp[] =
+    "space pauses, left and right go 5 s, comma and period one tick, Home and End to the ends, up and down set the "
+    "speed, q ends\n";
+
 // The return token in the player's file; empty if there is none yet.
 std::vector<std::uint8_t> ReadPlayer(const std::string& path) {
   const auto token = host::ReadFile(path, kMaxTokenBytes);
@@ -66,30 +72,89 @@ std::chrono::milliseconds TimeUntil(client::TimePoint at) {
   return std::max(0ms, std::chrono::ceil<std::chrono::milliseconds>(at - client::Clock::now()));
 }
 
+void Show(const ClientOptions& options, local::Bot& bot) {
+  for (const client::ClientEvent& event : bot.events()) {
+    const bool must = event.kind == client::ClientEvent::Kind::kRecordingEnded;
+    if (options.events || must) (must ? std::cerr : std::cout) << EventLine(bot.client(), event) << std::flush;
+  }
+}
+
+void ShowEnd(const Globals& globals, local::Bot& bot) {
+  if (globals.format == Format::kJson) std::cout << ClientJson(bot).dump(2) << "\n";
+  if (Tables(globals)) std::cout << "\n" << ClientReport(bot);
+}
+
+// When the frames of a bot, and lines about them, are due.
+class FrameClock {
+ public:
+  FrameClock(const ClientOptions& options, client::TimePoint start)
+      : start_(start), frame_(std::llround(1e9 / options.rate_hz)), seconds_(options.seconds) {}
+
+  client::TimePoint next() const { return next_frame_; }
+  // Missed frames are not made up for.
+  void Begin(client::TimePoint now) { next_frame_ = std::max(next_frame_ + frame_, now); }
+  // Once a second.
+  bool LineDue(client::TimePoint now) {
+    if (now < next_line_) return false;
+    next_line_ += 1s;
+    return true;
+  }
+  bool Over(client::TimePoint now) const {
+    return seconds_ > 0 && now - start_ >= std::chrono::duration<double>(seconds_);
+  }
+
+ private:
+  client::TimePoint start_;
+  std::chrono::nanoseconds frame_;
+  double seconds_;
+  client::TimePoint next_line_ = start_ + 1s, next_frame_ = start_;
+};
+
 // Until the time is over, somebody stops it, or the client ends.
 void Watch(const Globals& globals, const ClientOptions& options, local::Bot& bot) {
   StopSignal stop;
-  const auto start = client::Clock::now();
-  const std::chrono::nanoseconds frame(std::llround(1e9 / options.rate_hz));
-  auto next_line = start + 1s, next_frame = start;
+  FrameClock clock(options, client::Clock::now());
   bool going = true;
-  while (going && !stop.Wait(TimeUntil(next_frame))) {
+  while (going && !stop.Wait(TimeUntil(clock.next()))) {
     const auto now = client::Clock::now();
-    next_frame = std::max(next_frame + frame, now);  // missed frames are not made up for
-    going = bot.Frame(start + std::chrono::duration_cast<client::Clock::duration>((now - start) * options.speed));
-    for (const client::ClientEvent& event : bot.events()) {
-      const bool must = event.kind == client::ClientEvent::Kind::kRecordingEnded;
-      if (options.events || must) (must ? std::cerr : std::cout) << EventLine(bot.client(), event) << std::flush;
-    }
-    if (Tables(globals) && now >= next_line) {
-      next_line += 1s;
-      std::cout << ClientLine(bot) << std::flush;
-    }
-    if (options.seconds > 0 && now - start >= std::chrono::duration<double>(options.seconds)) break;
+    clock.Begin(now);
+    going = bot.Frame(now);
+    Show(options, bot);
+    if (Tables(globals) && clock.LineDue(now)) std::cout << ClientLine(bot) << std::flush;
+    if (clock.Over(now)) break;
   }
   if (!going) Check("client: ", bot.client().reason());
-  if (globals.format == Format::kJson) std::cout << ClientJson(bot).dump(2) << "\n";
-  if (Tables(globals)) std::cout << "\n" << ClientReport(bot);
+  ShowEnd(globals, bot);
+}
+
+// The same for a recording, whose time the keys of a terminal stop and set.
+void WatchRecording(const Globals& globals, const ClientOptions& options, local::Bot& bot) {
+  StopSignal stop;
+  KeyReader keys;
+  const auto start = client::Clock::now();
+  FrameClock clock(options, start);
+  Playback playback(*bot.client().length(), std::chrono::microseconds(std::llround(options.from_s * 1e6)),
+                    options.speed, keys.reads());
+  if (keys.reads() && Tables(globals)) std::cout << kKeysHelp << std::flush;
+  bool going = true;
+  while (going && !playback.ended() && !stop.Wait(TimeUntil(clock.next()))) {
+    const auto now = client::Clock::now();
+    clock.Begin(now);
+    const std::vector<Key> pressed = keys.Take();
+    for (const Key key : pressed) {
+      if (const auto place = playback.Press(key)) Check("client: ", bot.client().Seek(*place));
+    }
+    playback.Advance(now);
+    going = bot.Frame(start + std::chrono::duration_cast<client::Clock::duration>(playback.client_time()));
+    Show(options, bot);
+    const bool moves = !playback.paused() && clock.LineDue(now);
+    if (Tables(globals) && (moves || !pressed.empty())) {
+      std::cout << playback.Line() << ": " << ClientLine(bot) << std::flush;
+    }
+    if (clock.Over(now)) break;
+  }
+  if (!going) Check("client: ", bot.client().reason());
+  ShowEnd(globals, bot);
 }
 
 void Play(const Globals& globals, const ClientOptions& options) {
@@ -104,7 +169,7 @@ void Play(const Globals& globals, const ClientOptions& options) {
     Check("client: ", client.Seek(std::chrono::microseconds(std::llround(options.from_s * 1e6))));
   }
   if (Tables(globals)) std::cout << fmt::format("playing {}\n", options.play_file) << std::flush;
-  Watch(globals, options, **playing);
+  WatchRecording(globals, options, **playing);
 }
 
 void Run(const Globals& globals, const ClientOptions& options) {
@@ -168,7 +233,7 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
       ->needs(play);
   client->add_option("--speed", options->speed, "Play so many times as fast")
       ->capture_default_str()
-      ->check(CLI::Range(0.1, 16.0))
+      ->check(CLI::Range(Playback::kSlowest, Playback::kFastest))
       ->needs(play);
   client->add_flag("--events", options->events, "Print each event: contacts, triggers, bodies that come and go");
   client->callback([&globals, options, id] {

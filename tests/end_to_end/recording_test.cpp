@@ -13,6 +13,7 @@
 #include "gateway/testing/viewer_socket.h"
 #include "telemetry/http_get.h"
 #include "tests/end_to_end/gateway_fixture.h"
+#include "tests/support/pseudo_terminal.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -100,6 +101,20 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
   const auto beyond = Tessera({"client", "--play", Folder() + "/" + file, "--from", "1e6"});
   EXPECT_EQ(beyond.exit_code, 1);
   EXPECT_THAT(beyond.err, HasSubstr("--from 1e+06"));
+
+  // In a terminal keys stop it, set its place, and end it.
+  support::PseudoTerminal terminal({support::BinaryPath("tessera"), "client", "--play", Folder() + "/" + file});
+  ASSERT_TRUE(terminal.Until("space pauses", 30s)) << terminal.output();
+  ASSERT_TRUE(terminal.Until("0:01.", 30s)) << terminal.output();
+  terminal.Type(" ");
+  ASSERT_TRUE(terminal.Until(", paused: ", 30s)) << terminal.output();
+  terminal.Type("\x1b[H");
+  ASSERT_TRUE(terminal.Until("0:00.00 of ", 30s)) << terminal.output();
+  terminal.Type(".");
+  ASSERT_TRUE(terminal.Until("0:00.01 of ", 30s)) << terminal.output();
+  EXPECT_TRUE(terminal.Until("PLAYING", 30s)) << terminal.output();
+  terminal.Type("q");
+  EXPECT_EQ(terminal.WaitForEnd(30s), 0) << terminal.output();
 }
 
 TEST_F(RecordingTest, WhatIsNotThereOrDamagedOrTooMuchIsSaid) {
