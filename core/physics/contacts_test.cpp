@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <map>
+#include <span>
+#include <vector>
 
 #include "core/physics/testing/bodies.h"
 #include "core/physics/testing/turns.h"
+#include "scenes/measured/balls.h"
 
 namespace tessera::physics {
 namespace {
@@ -57,6 +60,62 @@ double Slide(double slope_rad, double box_friction, double ground_friction) {
   AddAll(world, {ground, box});
   Simulate(world, 1);
   return Length(world.StateOf(box.id).position - box.initial.position);
+}
+
+double Energy(const World& world, std::span<const BodyDef> bodies) {
+  double sum_j = 0;
+  for (const BodyDef& body : bodies) {
+    if (body.motion != Motion::kDynamic) continue;
+    const BodyState state = world.StateOf(body.id);
+    sum_j += body.mass_kg * (kGravity * state.position.y + LengthSquared(Vec3d(state.linear_velocity)) / 2) +
+             static_cast<double>(Dot(state.angular_velocity, state.angular_momentum)) / 2;
+  }
+  return sum_j;
+}
+
+// 216 balls in columns come down a metre, hand their blows up and down within a step, and come down again at random.
+TEST(RestitutionTest, AHeapOfElasticBallsKeepsItsEnergy) {
+  const Scene scene = scenes::BallPile(true);
+  World world({.gravity_m_s2 = scene.gravity_m_s2, .sleep = false});
+  AddAll(world, scene.bodies);
+  const double start_j = Energy(world, scene.bodies);
+  Simulate(world, 1);  // the columns have landed once
+  EXPECT_NEAR(Energy(world, scene.bodies) / start_j, 1, 0.005);
+  Simulate(world, 3);
+  EXPECT_NEAR(Energy(world, scene.bodies) / start_j, 1, 0.05);
+}
+
+// Two balls that graze each other move by a good part of their size within the step. Nothing turns what has no
+// friction; energy and momentum are kept, and the angular momentum about a point is that of their ways past it.
+TEST(RestitutionTest, BallsWithoutFrictionThatGrazeDoNotTurn) {
+  for (const double aside : {0.02, 0.08, 0.14}) {
+    World world({.gravity_m_s2 = {}, .sleep = false});
+    BodyDef one = Dynamic(1, Ball(0.1), {-0.25, 0, 0}), other = Dynamic(2, Ball(0.1), {0, aside, 0}, 2);
+    one.initial.linear_velocity = {5, 0, 0.5f};
+    one.material = other.material = {.friction = 0, .restitution = 1};
+    const std::vector<BodyDef> bodies = {one, other};
+    AddAll(world, bodies);
+    const auto turning = [&] {
+      Vec3d sum;
+      for (const BodyDef& body : bodies) {
+        const BodyState state = world.StateOf(body.id);
+        sum += Cross(state.position, Vec3d(state.linear_velocity)) * body.mass_kg;
+      }
+      return sum;
+    };
+    const Vec3d before = turning();
+    const double start_j = 25.25 / 2;
+    Simulate(world, 0.2);
+    double end_j = 0;
+    for (const BodyDef& body : bodies) {
+      const BodyState state = world.StateOf(body.id);
+      EXPECT_LT(Length(state.angular_velocity), 1e-5f) << aside;
+      end_j += body.mass_kg * LengthSquared(Vec3d(state.linear_velocity)) / 2;
+    }
+    EXPECT_GT(Length(Vec3d(world.StateOf(other.id).linear_velocity)), 0.1) << "they met";
+    EXPECT_NEAR(end_j / start_j, 1, 1e-5) << aside;
+    EXPECT_LT(Length(turning() - before), 1e-4) << aside;
+  }
 }
 
 // Two balls that overlap push each other on towards a third, which so is met a moment before free motion says.

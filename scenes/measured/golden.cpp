@@ -25,6 +25,7 @@ constexpr GoldenScene kGolden[] = {
     {"hulls", [] { return ShapeStack(EightSidedPrism(0.5, 0.5), 1, 1, 6); }, 240},
     {"mesh", [] { return ConvexOnMesh(5, 2); }, 240},
     {"bounce", [] { return Bounce(); }, 240},
+    {"elastic", [] { return BallPile(true); }, 120},
     {"ccd", [] { return ShotAtGuardedBoxes(0.3).scene; }, 60},
     {"dominoes", [] { return Dominoes(); }, 240},
     {"asleep",

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstring>
+#include <utility>
 
+#include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
 
 namespace tessera::physics {
@@ -89,7 +92,6 @@ void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, 
   head.soft_impulse.f[lane] = softness.impulse;
   head.bias_rate.f[lane] = softness.bias_rate;
   head.restitution.f[lane] = contact.material.restitution;
-  head.relax_gap.f[lane] = contact.material.restitution > 0 ? 0.0f : 1.0f;
   float weights[kManifoldPoints] = {};
   Weigh(manifold, weights);
   int i = 0;
@@ -158,22 +160,59 @@ void Turn(SolvedState& state, const SolvedMass& mass, Vec3f by) {
   state.spin[2] += spin.z;
 }
 
+// A contact without friction whose normal goes through both centres, as that of two balls does: it turns neither body.
+// Where it has restitution, such a contact is deflected (see `DeflectAll`).
+bool TurnsNeither(const ContactConstraint& contact) {
+  constexpr float kBeside2 = 1e-8f;  // square of the sine of the angle between arm and normal
+  const Manifold& manifold = *contact.manifold;
+  const ManifoldPoint& point = manifold.points[0];
+  const PairMaterial& material = contact.material;
+  if (material.friction > 0 || material.rolling_m > 0 || material.spinning_m > 0) return false;
+  if (manifold.count != 1 || !(manifold.round_a_m > 0) || !(manifold.round_b_m > 0)) return false;
+  return LengthSquared(Cross(point.r_a, manifold.normal)) <= kBeside2 * LengthSquared(point.r_a) &&
+         LengthSquared(Cross(point.r_b, manifold.normal)) <= kBeside2 * LengthSquared(point.r_b);
+}
+
 // Takes back the angular momentum that impulses made because they acted apart from their counterparts. A round surface
 // is touched under its middle wherever it goes: then the contact has moved over the other body, which has to bear the
 // correction. Of two alike surfaces, the body that is harder to turn bears more.
 template <class Block>
-void MakeGood(const ContactConstraint& contact, const Block& block, int lane, std::span<const SolvedMass> masses) {
+void MakeGood(const ContactConstraint& contact, const Block& block, int lane, bool bounces,
+              std::span<const SolvedMass> masses) {
   Manifold& manifold = *contact.manifold;
   Vec3f impulse = manifold.total_friction;
   for (int i = 0; i < manifold.count; ++i) impulse += manifold.normal * block.points[i].total.f[lane];
   const LeverArmLanes& lever_arm = block.lever_arm;
   const Vec3f made{lever_arm.made[0].f[lane], lever_arm.made[1].f[lane], lever_arm.made[2].f[lane]};
   const Vec3f lacks = Cross(manifold.ahead_m, impulse) - made;
+  if (bounces && TurnsNeither(contact)) {
+    manifold.total_friction = lacks;  // until `Store` deflects the two
+    return;
+  }
   const bool round_a = manifold.round_a_m > 0, round_b = manifold.round_b_m > 0;
   const float ease_a = Ease(masses[contact.a]), ease_b = Ease(masses[contact.b]);
   const float share_a = round_a == round_b ? ease_b / (ease_a + ease_b) : round_a ? 0.0f : 1.0f;
   manifold.turn_on_a = lacks * share_a;
   manifold.turn_on_b = lacks - manifold.turn_on_a;
+}
+
+// Makes good what such a contact made (see MakeGood) without turning a body: its impulse would have had the direction
+// of the two centres when it acted, so part of it is given athwart of them. As much energy as that adds is taken from
+// the motion along the line of centres. `apart` is from the centre of a to that of b by now.
+Vec3f Deflect(Vec3f apart, Vec3f lacks, const SolvedMass& mass_a, const SolvedMass& mass_b, SolvedState& a,
+              SolvedState& b) {
+  const float root_a = mass_a.inverse_root_mass, root_b = mass_b.inverse_root_mass;
+  const float ease = root_a * root_a + root_b * root_b, square = LengthSquared(apart);
+  if (!(square > 0)) return {};
+  const Vec3f velocity = Get(b.velocity) * root_b - Get(a.velocity) * root_a;
+  Vec3f impulse = Cross(lacks, apart) / square;
+  const Vec3f athwart = impulse * ease, line = apart / std::sqrt(square);
+  const float along = Dot(velocity, line);
+  const float left = along * along - Dot(athwart, velocity * 2 + athwart);
+  impulse += line * ((std::copysign(std::sqrt(std::max(left, 0.0f)), along) - along) / ease);
+  Add(a.velocity, impulse * -root_a);
+  Add(b.velocity, impulse * root_b);
+  return impulse;
 }
 
 // Both of its bodies count what it gives them.
@@ -298,7 +337,7 @@ void ContactBlocks::Store(std::span<const ContactConstraint> contacts, std::span
       const ContactPlace& place = places_[i];
       Visit(place, [&](auto& block) {
         StoreLane(block, place.lane, *contact.manifold);
-        if (IsMutual(contact)) MakeGood(contact, block, place.lane, masses);
+        if (IsMutual(contact)) MakeGood(contact, block, place.lane, place.bounces, masses);
       });
       if (!IsMutual(contact)) continue;
       const Correction correction{contact.manifold->turn_on_a, contact.manifold->turn_on_b};
@@ -309,9 +348,29 @@ void ContactBlocks::Store(std::span<const ContactConstraint> contacts, std::span
       }
     }
   });
-  if (alone) return;
+  if (!alone) {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (IsMutual(contacts[i])) apply(contacts[i], corrections_[i]);
+    }
+  }
+  const auto bounces = [](const ContactRun& run) { return run.bounces; };
+  if (std::any_of(runs_.begin(), runs_.end(), bounces)) DeflectAll(contacts, states, masses);
+}
+
+// One after the other, since each depends on the velocities that those before it left.
+void ContactBlocks::DeflectAll(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
+                               std::span<const SolvedMass> masses) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (IsMutual(contacts[i])) apply(contacts[i], corrections_[i]);
+    const ContactConstraint& contact = contacts[i];
+    if (!places_[i].bounces || !IsMutual(contact) || !TurnsNeither(contact)) continue;
+    Manifold& manifold = *contact.manifold;
+    const Vec3f lacks = manifold.total_friction;
+    if (lacks == Vec3f()) continue;
+    SolvedState &a = states[contact.a], &b = states[contact.b];
+    const Vec3f start = manifold.points[0].r_a - manifold.points[0].r_b - manifold.ahead_m;
+    const Vec3f apart = start + (Get(b.moved) - Get(a.moved));
+    manifold.friction_r_a = manifold.friction_r_b = {};
+    manifold.total_friction = Deflect(apart, lacks, masses[contact.a], masses[contact.b], a, b);
   }
 }
 

@@ -80,7 +80,7 @@ class ContactBlocks {
   // `nobody`: index of the body that stands for the world, and of the first of them, one for each thread.
   void Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody, float h,
             ThreadTeam& team);
-  // Writes impulses and totals to the manifolds, and corrects the turning of bodies for impulses that acted where the
+  // Writes impulses and totals to the manifolds, and corrects the motion of bodies for impulses that acted where the
   // contacts were at the start of the step.
   void Store(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
              std::span<const SolvedMass> masses, ThreadTeam& team);
@@ -90,9 +90,13 @@ class ContactBlocks {
   std::span<const ContactRun> RunsOf(const ContactStage& stage) const {
     return runs().subspan(stage.first, stage.runs);
   }
-  void* BlocksOf(const ContactRun& run, std::size_t first = 0) {
-    return &memory_[run.offset + first * kLanesOfKind[run.kind]];
+  void* BlocksOf(const ContactRun& run, std::size_t first = 0) { return &memory_[OffsetOf(run, first)]; }
+  // Where block number `block` of a run begins, as in ContactPlace.
+  static std::size_t OffsetOf(const ContactRun& run, std::size_t block) {
+    return run.offset + block * kLanesOfKind[run.kind];
   }
+  const ContactPlace& PlaceOf(std::size_t contact) const { return places_[contact]; }
+  std::size_t lanes() const { return memory_.size(); }  // no block begins beyond
 
   // Calls `f` with the block.
   template <class Function>
@@ -122,6 +126,8 @@ class ContactBlocks {
 
   void Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring, const ThreadTeam& team);
   void AddRun(const ContactRun& run);
+  void DeflectAll(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
+                  std::span<const SolvedMass> masses);
 
   std::vector<Lanes> memory_;
   std::vector<ContactRun> runs_;

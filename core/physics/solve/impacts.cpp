@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
@@ -10,175 +9,30 @@
 namespace tessera::physics {
 namespace {
 
-// Number of sweeps over all contacts: a blow goes through a row of this many bodies against the order of its contacts.
-constexpr int kSweeps = 32;
-// Number of sweeps over the points of one contact; four points converge in fewer.
-constexpr int kPointSweeps = 8;
 // A body flies if the square of all other impulses of a substep is below this share of that of its acceleration. The
 // share is well above the rounding of a fast body's velocity.
 constexpr float kFlies = 1e-4f;
 
-Vec3f LaneOf(const Lanes (&v)[3], int lane) { return {v[0].f[lane], v[1].f[lane], v[2].f[lane]}; }
+constexpr std::uint32_t kNoContact = 0xffffffff;
 
-// One contact of a block, and the bodies that it acts on.
-template <class Block>
-struct Striking {
-  Striking(Block& block_in, int lane_in, SolvedState* states, SolvedMemory* before)
-      : block(block_in),
-        lane(lane_in),
-        a(states[block.head.a[lane]]),
-        b(states[block.head.b[lane]]),
-        before_a(before[block.head.a[lane]]),
-        before_b(before[block.head.b[lane]]),
-        normal(LaneOf(block.head.normal, lane)),
-        inverse_root_mass_a(block.head.inverse_root_mass_a.f[lane]),
-        inverse_root_mass_b(block.head.inverse_root_mass_b.f[lane]) {}
-
-  // Velocity of a point along the normal, where the bodies move as `of_a` and `of_b` say.
-  template <class Body>
-  float Velocity(const PointLanes& point, const Body& of_a, const Body& of_b) const {
-    const Vec3f relative = Get(of_b.velocity) * inverse_root_mass_b - Get(of_a.velocity) * inverse_root_mass_a;
-    return Dot(normal, relative) +
-           (Dot(LaneOf(point.angular_b, lane), Get(of_b.spin)) - Dot(LaneOf(point.angular_a, lane), Get(of_a.spin)));
-  }
-  float Velocity(const PointLanes& point) const { return Velocity(point, a, b); }
-
-  template <class Body>
-  void Apply(const PointLanes& point, float impulse, Body& to_a, Body& to_b) const {
-    const Vec3f push = normal * impulse;
-    Add(to_a.velocity, push * -inverse_root_mass_a);
-    Add(to_a.spin, LaneOf(point.angular_a, lane) * -impulse);
-    Add(to_b.velocity, push * inverse_root_mass_b);
-    Add(to_b.spin, LaneOf(point.angular_b, lane) * impulse);
-  }
-
-  // Gives the points that hit impulses, all together, until they move at their targets.
-  void Strike(const bool (&hits)[kManifoldPoints], const float (&targets)[kManifoldPoints]) {
-    constexpr int kPoints = Block::kPointCount;
-    float impulses[kPoints] = {};
-    for (int sweep = 0; sweep < (kPoints > 1 ? kPointSweeps : 1); ++sweep) {
-      for (int i = 0; i < kPoints; ++i) {
-        if (!hits[i]) continue;
-        const PointLanes& point = block.points[i];
-        const float wanted = impulses[i] + point.mass.f[lane] * (targets[i] - Velocity(point));
-        const float change = std::max(wanted, 0.0f) - impulses[i];
-        impulses[i] += change;
-        Apply(point, change, a, b);
-        Apply(point, change, before_a, before_b);  // so that the next kick does not repeat it
-      }
-    }
-    float sum = 0;
-    for (int i = 0; i < kPoints; ++i) {
-      block.points[i].total.f[lane] += impulses[i];
-      sum += impulses[i];
-    }
-    if constexpr (Block::kHasFriction) block.friction.impact.f[lane] += sum;
-    NoteLeverArm(Cross(Get(b.moved) - Get(a.moved), normal * sum));
-  }
-
-  // Moves the two apart along the normal, while their common centre of mass stays.
-  void PutApart(float by_m) {
-    const float m_a = inverse_root_mass_a * inverse_root_mass_a, m_b = inverse_root_mass_b * inverse_root_mass_b;
-    const float share = by_m / (m_a + m_b);
-    Add(a.moved, normal * (-share * m_a));
-    Add(b.moved, normal * (share * m_b));
-    const Vec3f relative = Get(b.velocity) * inverse_root_mass_b - Get(a.velocity) * inverse_root_mass_a;
-    NoteLeverArm(Cross(normal * share, relative));
-  }
-
-  void NoteLeverArm(Vec3f made) {
-    block.lever_arm.made[0].f[lane] += made.x;
-    block.lever_arm.made[1].f[lane] += made.y;
-    block.lever_arm.made[2].f[lane] += made.z;
-  }
-
-  Block& block;
-  const int lane;
-  SolvedState &a, &b;
-  SolvedMemory &before_a, &before_b;
-  const Vec3f normal;
-  const float inverse_root_mass_a, inverse_root_mass_b;
-};
-
-// The motion, at the end of the substep, of a point that hits its surface within it.
-struct Bounced {
-  bool hits = false;
-  float velocity = 0, separation = 0;
-  float time = 0;  // at which it hits, s
-};
-
-// The bounce of a point with this distance, velocity and acceleration along the normal at the start of the substep.
-Bounced BounceOf(float distance, float velocity, float acceleration, float restitution, float h) {
-  const float start = std::max(distance, 0.0f);
-  if (start + h * (velocity + 0.5f * h * acceleration) >= 0) return {};
-  const float square = velocity * velocity - 2 * acceleration * start;
-  const float speed = std::sqrt(std::max(square, 0.0f));  // at the surface
-  if (!(speed > kBounce_m_s)) return {};
-  const float time = start > 0 ? std::min(h, 2 * start / (speed - velocity)) : 0;
-  const float up = restitution * speed, rest = h - time;
-  return {true, up + acceleration * rest, rest * (up + 0.5f * acceleration * rest), time};
-}
-
-// Finds the points that hit, by the free motion of both bodies, strikes, and moves the two to where they are after the
-// bounce. `shift` is that of b against a.
-template <class Block>
-bool FirstStrike(Striking<Block> contact, Vec3f shift, float h) {
-  Block& block = contact.block;
-  const int lane = contact.lane;
-  bool hits[kManifoldPoints] = {};
-  float targets[kManifoldPoints] = {};
-  Bounced first;
-  float first_distance = 0;
-  for (int i = 0; i < Block::kPointCount; ++i) {
-    const PointLanes& point = block.points[i];
-    if (!(point.mass.f[lane] > 0)) continue;
-    const float velocity = contact.Velocity(point, contact.before_a, contact.before_b);
-    const float kick = contact.Velocity(point) - velocity;
-    const float separation = point.separation.f[lane];
-    const Bounced bounced = BounceOf(separation, velocity, kick / h, block.head.restitution.f[lane], h);
-    hits[i] = bounced.hits;
-    targets[i] = bounced.velocity;
-    if (bounced.hits && (!first.hits || bounced.time < first.time)) {
-      first = bounced;
-      first_distance = std::max(separation, 0.0f);
-    }
-  }
-  if (!first.hits) return false;
-  contact.Strike(hits, targets);
-  // The drift of the substep will add this way, which is no part of where the bounce ends.
-  const float drifts = h * first.velocity + Dot(contact.normal, shift);
-  contact.PutApart(first.separation - first_distance - drifts);
-  return true;
-}
-
-// Lets a body that was struck strike in turn, if it is to reach its surface in this substep.
-template <class Block>
-bool StrikeOn(Striking<Block> contact, float h) {
-  Block& block = contact.block;
-  const int lane = contact.lane;
-  bool hits[kManifoldPoints] = {}, any = false;
-  float targets[kManifoldPoints] = {};
-  for (int i = 0; i < Block::kPointCount; ++i) {
-    const PointLanes& point = block.points[i];
-    if (!(point.mass.f[lane] > 0)) continue;
-    const float velocity = contact.Velocity(point);
-    hits[i] = velocity < -kBounce_m_s && point.separation.f[lane] + h * velocity < 0;
-    targets[i] = -block.head.restitution.f[lane] * velocity;
-    any |= hits[i];
-  }
-  if (any) contact.Strike(hits, targets);
-  return any;
+// The place of a block among all, where each takes as much memory as the smallest kind does: no two have the same.
+std::size_t ImpactSlot(std::size_t offset, int lane) {
+  constexpr std::size_t kLeast = sizeof(ContactBlock<1, Tangent::kNone>) / sizeof(Lanes);
+  return offset / kLeast * kLanes + At(lane);
 }
 
 }  // namespace
 
 void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodies, std::size_t worlds) {
   bodies_.clear();
+  contacts_ = contacts;
+  connected_ = false;
   for (const ContactConstraint& contact : contacts) {
     if (!(contact.material.restitution > 0)) continue;
     if (bodies_.empty()) {
       listed_.assign(bodies, false);
       shifts_.assign(bodies + worlds, {});
+      setbacks_.assign(bodies + worlds, {});
     }
     for (const std::uint32_t body : {contact.a, contact.b}) {
       if (body == kStatic || listed_[body]) continue;
@@ -204,37 +58,106 @@ bool Impacts::Shift(SolvedState* states, const SolvedMass* masses, const SolvedM
   return any;
 }
 
-bool Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
-                     SolvedMemory* before, const SolvedKick* kicks, float h) {
-  struck_.assign(shifts_.size(), false);
-  bool moved = Shift(states, masses, before, kicks, h), any = true;
-  for (int sweep = 0; any && sweep < kSweeps; ++sweep) {
-    any = false;
-    for (const ContactRun& run : blocks.runs()) {
-      if (!run.bounces) continue;
-      lanes_.resize(std::max<std::size_t>(lanes_.size(), run.blocks));
-      kernels.contacts[run.kind].approach(blocks.BlocksOf(run), run.blocks, states, kBounce_m_s, sweep == 0,
-                                          lanes_.data());
-      for (std::size_t k = 0; k < run.blocks; ++k) {
-        for (unsigned lanes = lanes_[k]; lanes != 0; lanes &= lanes - 1) {
-          blocks.Visit(run, k, [&](auto& block) {
-            const int lane = std::countr_zero(lanes);
-            const Vec3f shift = shifts_[block.head.b[lane]] - shifts_[block.head.a[lane]];
-            const auto a = static_cast<std::size_t>(block.head.a[lane]),
-                       b = static_cast<std::size_t>(block.head.b[lane]);
-            if (sweep > 0 && !struck_[a] && !struck_[b]) return;
-            const Striking contact(block, lane, states, before);
-            if (!(sweep == 0 ? FirstStrike(contact, shift, h) : StrikeOn(contact, h))) return;
-            any = true;
-            if (a < listed_.size()) struck_[a] = true;
-            if (b < listed_.size()) struck_[b] = true;
-          });
-        }
+// Lists the contacts of each body, when the first of them approaches.
+void Impacts::Connect(const ContactBlocks& blocks) {
+  if (connected_) return;
+  connected_ = true;
+  blows_.assign(contacts_.size(), {});
+  next_.resize(2 * contacts_.size());
+  first_.assign(listed_.size(), kNoContact);
+  at_slot_.resize(ImpactSlot(blocks.lanes(), kLanes));
+  for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
+    const ContactConstraint& contact = contacts_[i];
+    if (!(contact.material.restitution > 0)) continue;
+    const ContactPlace& place = blocks.PlaceOf(i);
+    at_slot_[ImpactSlot(place.offset, place.lane)] = i;
+    std::size_t side = 2 * static_cast<std::size_t>(i);
+    for (const std::uint32_t body : {contact.a, contact.b}) {
+      if (body != kStatic) {
+        next_[side] = first_[body];
+        first_[body] = i;
+      }
+      ++side;
+    }
+  }
+}
+
+void Impacts::ForeseeAll(const Kernels& kernels, ContactBlocks& blocks, const StruckBodies& bodies) {
+  for (const ContactRun& run : blocks.runs()) {
+    if (!run.bounces) continue;
+    lanes_.resize(std::max<std::size_t>(lanes_.size(), run.blocks));
+    kernels.contacts[run.kind].approach(blocks.BlocksOf(run), run.blocks, bodies.states, kBounce_m_s, lanes_.data());
+    for (std::size_t k = 0; k < run.blocks; ++k) {
+      if (lanes_[k] == 0) continue;
+      Connect(blocks);
+      for (unsigned lanes = lanes_[k]; lanes != 0; lanes &= lanes - 1) {
+        Foresee(blocks, bodies, at_slot_[ImpactSlot(ContactBlocks::OffsetOf(run, k), std::countr_zero(lanes))], 0);
       }
     }
-    moved |= any;
   }
-  return moved;
+}
+
+// Finds when the contact strikes next, as its bodies move since `from`.
+void Impacts::Foresee(ContactBlocks& blocks, const StruckBodies& bodies, std::uint32_t contact, float from) {
+  Blow& blow = blows_[contact];
+  if (blow.struck == kMostBlows) return;
+  if (blow.foreseen++ == 0) foreseen_.push_back(contact);
+  blow.from = from;
+  const ContactPlace& place = blocks.PlaceOf(contact);
+  blocks.Visit(place, [&](auto& block) {
+    const std::optional<float> time = Striking(block, place.lane, bodies).FirstHit(from);
+    if (!time) return;
+    events_.push_back({*time, contact, blow.foreseen});
+    std::push_heap(events_.begin(), events_.end());
+  });
+}
+
+void Impacts::StrikeAll(ContactBlocks& blocks, const StruckBodies& bodies) {
+  while (!events_.empty()) {
+    const Event event = events_.front();
+    std::pop_heap(events_.begin(), events_.end());
+    events_.pop_back();
+    Blow& blow = blows_[event.contact];
+    if (blow.foreseen != event.foreseen) continue;
+    ++blow.struck;
+    const ContactPlace& place = blocks.PlaceOf(event.contact);
+    SpeedChange change;
+    blocks.Visit(place,
+                 [&](auto& block) { change = Striking(block, place.lane, bodies).Strike(blow.from, event.time); });
+    Foresee(blocks, bodies, event.contact, event.time);
+    const ContactConstraint& contact = contacts_[event.contact];
+    if (change.of_a > kUnmoved_m_s) ForeseeOthers(blocks, bodies, contact.a, event);
+    if (change.of_b > kUnmoved_m_s) ForeseeOthers(blocks, bodies, contact.b, event);
+  }
+}
+
+// Those of a body that was struck, but for the contact that struck it.
+void Impacts::ForeseeOthers(ContactBlocks& blocks, const StruckBodies& bodies, std::uint32_t body, const Event& event) {
+  if (body == kStatic) return;
+  for (std::uint32_t i = first_[body]; i != kNoContact; i = next_[2 * std::size_t{i} + (contacts_[i].b == body)]) {
+    if (i != event.contact) Foresee(blocks, bodies, i, event.time);
+  }
+}
+
+void Impacts::Forget() {
+  for (const std::uint32_t i : foreseen_) {
+    blows_[i] = {};
+    for (const std::uint32_t body : {contacts_[i].a, contacts_[i].b}) {
+      if (body != kStatic) setbacks_[body] = {};
+    }
+  }
+  foreseen_.clear();
+}
+
+bool Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
+                     SolvedMemory* before, const SolvedKick* kicks, float h) {
+  const bool shifted = Shift(states, masses, before, kicks, h);
+  const StruckBodies bodies{states, masses, before, shifts_.data(), setbacks_.data(), h};
+  ForeseeAll(kernels, blocks, bodies);
+  const bool strikes = !events_.empty();
+  StrikeAll(blocks, bodies);
+  Forget();
+  return shifted || strikes;
 }
 
 }  // namespace tessera::physics

@@ -50,8 +50,7 @@ struct ContactHead {
   Lanes slop;              // overlap at rest, m
   Lanes round_a, round_b;  // radii about which the surfaces bend at the contact, m
   Lanes soft_mass, soft_impulse, bias_rate;
-  Lanes restitution;
-  Lanes relax_gap;  // 1 where relaxing acts across a gap; 0 where the two may bounce yet
+  Lanes restitution;  // 0: relaxing acts across a gap
 };
 
 struct PointLanes {
@@ -133,9 +132,9 @@ struct SolvedBodies {
 // Works on `count` blocks of one kind.
 using ContactKernel = void (*)(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants& step);
 
-// Writes to `lanes`, a bit each, which lanes hold a contact that approaches faster than `speed` at any point. The
-// `first` call in a substep forgets the impacts of the last one.
-using ApproachKernel = void (*)(void* blocks, std::size_t count, const SolvedState* states, float speed, bool first,
+// Writes to `lanes`, a bit each, which lanes hold a contact that approaches faster than `speed` at any point. Forgets
+// the impacts of the last substep.
+using ApproachKernel = void (*)(void* blocks, std::size_t count, const SolvedState* states, float speed,
                                 std::uint8_t* lanes);
 
 struct ContactKernels {
@@ -144,7 +143,7 @@ struct ContactKernels {
   ContactKernel solve;    // a sweep with bias
   ContactKernel relax;    // measures separations anew, a sweep without bias
   ContactKernel settle;   // another sweep without bias, adds to the totals
-  ContactKernel locate;   // notes where bodies are against each other after bounces have moved them
+  ContactKernel locate;   // measures separations anew after bounces have moved bodies, and notes where those are
   ApproachKernel approach;
 };
 

@@ -26,8 +26,8 @@ TESSERA_INLINE void InvertSymmetric(F k11, F k22, F k12, Lanes (&inverse)[3], La
 }
 
 // Solves two rows whose impulses lie in a disc. Where the impulse that stops all motion would leave the disc, a step
-// along the velocity itself is taken and brought back to the rim: such steps come to rest at an impulse straight against
-// the motion, also where the two rows differ in effective mass.
+// along the velocity itself is taken and brought back to the rim: such steps come to rest at an impulse straight
+// against the motion, also where the two rows differ in effective mass.
 struct DiscStep {
   F p0, p1;  // new impulses
 };
@@ -244,11 +244,12 @@ struct ContactLoops {
     if constexpr (kRelax) {
       // A point that may bounce is left alone across a gap, and where it comes fast. So it is not stopped if it is to
       // hit in the next substep, or hits in this one because something pushed it on; and it is not set free again if it
-      // was too slow to bounce.
+      // was too slow to bounce. The speed at which an overlap was pushed out is taken from it all the same.
       const F separation = Load(point.separation), apart = Positive(separation);
-      const F unsettled = Positive(Max(separation, Wide(-kBounce_m_s) - velocity));
-      const F acting = mass * Select(unsettled, Load(block.head.relax_gap), Wide(1));
-      return old - acting * (velocity + And(apart, separation * Wide(step.inverse_h)));
+      const F unsettled = Max(separation, Wide(-kBounce_m_s) - velocity);
+      const F left_alone = Positive(Min(unsettled, Load(block.head.restitution)));
+      const F excess = velocity + And(apart, separation * Wide(step.inverse_h));
+      return old - mass * Select(left_alone, Max(velocity, Wide(0)), excess);
     } else {
       // A gap may close at once. From there the point is softly let down to the depth at rest, or pushed up to it.
       const F separation = Load(point.separation), slop = Load(block.head.slop), rate = Load(block.head.bias_rate);
@@ -368,8 +369,8 @@ struct ContactLoops {
     constexpr bool kRelax = kStage != Stage::kPush;
     if constexpr (kStage == Stage::kRelax) NoteMove(block, Measure(block, bodies));
     Both both = Fetch(block, bodies.states);
-    // Normals come after friction, because overlaps matter more than sliding. When relaxing, friction is solved again by
-    // the new normal impulses: those with bias carry less while a body sinks in, and it would slide.
+    // Normals come after friction, because overlaps matter more than sliding. When relaxing, friction is solved again
+    // by the new normal impulses: those with bias carry less while a body sinks in, and it would slide.
     if constexpr (Block::kHasFriction) SolveFriction(block, both);
     SolveNormals<kRelax>(block, both, step);
     if constexpr (Block::kHasFriction && kRelax) SolveFriction(block, both);
@@ -386,23 +387,27 @@ struct ContactLoops {
   static void Warm(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants&) {
     for (std::size_t i = 0; i < count; ++i) WarmBlock(static_cast<Block*>(blocks)[i], bodies);
   }
+  // From here bodies are where they would have been if they had moved all substep long as they do at its end. Two that
+  // bounced overlap there, and do not at the end: they are taken to touch.
   static void Locate(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants&) {
     for (std::size_t i = 0; i < count; ++i) {
       Block& block = static_cast<Block*>(blocks)[i];
-      NoteMove(block, GatherMoved(bodies.states, block.head.b).v - GatherMoved(bodies.states, block.head.a).v);
+      F lowest[kPoints];
+      for (int k = 0; k < kPoints; ++k) lowest[k] = Min(Load(block.points[k].separation), Wide(0));
+      NoteMove(block, Measure(block, bodies));
+      for (int k = 0; k < kPoints; ++k) {
+        Store(block.points[k].separation, Max(Load(block.points[k].separation), lowest[k]));
+      }
     }
   }
   template <Stage kStage>
   static void Solve(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants& step) {
     for (std::size_t i = 0; i < count; ++i) SolveBlock<kStage>(static_cast<Block*>(blocks)[i], bodies, step);
   }
-  static void Approach(void* blocks, std::size_t count, const SolvedState* states, float speed, bool first,
-                       std::uint8_t* lanes) {
+  static void Approach(void* blocks, std::size_t count, const SolvedState* states, float speed, std::uint8_t* lanes) {
     for (std::size_t k = 0; k < count; ++k) {
       Block& block = static_cast<Block*>(blocks)[k];
-      if constexpr (Block::kHasFriction) {
-        if (first) Store(block.friction.impact, Wide(0));
-      }
+      if constexpr (Block::kHasFriction) Store(block.friction.impact, Wide(0));
       const Both both = Fetch(block, states);
       const F linear = Dot(Load(block.head.normal), both.Relative());
       F fastest = Wide(0);

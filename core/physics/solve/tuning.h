@@ -43,6 +43,12 @@ inline constexpr float kSlopShare = 0.01f, kLeastSlop_m = 1e-5f;
 // Approaches slower than this, m/s, do not bounce. Lower lets resting bodies tremble; higher ends a ball's bouncing
 // early.
 inline constexpr float kBounce_m_s = 0.2f;
+// Most blows of one contact in a substep. A ball between two walls that close in on it is struck without end; what is
+// left after these, relaxing takes.
+inline constexpr int kMostBlows = 32;
+// A body whose speed a blow changes by less, m/s, hits others when it would have without. Higher puts those blows off
+// by the way that this makes in a substep; at 0 each thing that bounces in a large vehicle asks after all others there.
+inline constexpr float kUnmoved_m_s = 0.001f;
 
 // Points that lie this much deeper than the others, m, carry a new contact alone until impulses show which points do.
 inline constexpr float kTouching_m = 0.002f;
