@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "host/files.h"
+#include "host/landlock.h"
 #include "host/last_lines.h"
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
@@ -96,11 +97,14 @@ absl::Status Agent::Prepare() {
   if (absl::Status status = host::MakePrivateFolder(state_->StatesPath()); !status.ok()) return status;
   supervisor_.SetStateFolder(state_->StatesPath());
   WatchModules();
+  if (const auto landlock = host::LandlockVersion(); options_.worker_sandbox && !landlock.ok()) {
+    spdlog::warn("workers keep the files of this user missing={}", LogValue(std::string(landlock.status().message())));
+  }
   if (absl::Status status = Restore(); !status.ok()) return status;
 
   WorkerSocket::Callbacks callbacks;
-  callbacks.on_message = [this, loop = loop_](ConnectionId connection, v1::WorkerMessage message) {
-    loop->Post([this, connection, message = std::move(message)] { OnWorkerMessage(connection, message); });
+  callbacks.on_message = [this, loop = loop_](ConnectionId connection, pid_t peer, v1::WorkerMessage message) {
+    loop->Post([this, connection, peer, message = std::move(message)] { OnWorkerMessage(connection, peer, message); });
   };
   callbacks.on_closed = [this, loop = loop_](ConnectionId connection) {
     loop->Post([this, connection] { OnWorkerClosed(connection); });
@@ -180,6 +184,10 @@ void Agent::RestoreWorker(const WorkerRecord& record, bool same_boot) {
                                          : "ended with the host, which was started anew";
     supervisor_.AdoptGone(record, reason, host::LastLines(record.log_path(), kLastLines));
     return;
+  }
+  // A worker that an earlier version started has none yet.
+  if (absl::Status status = host::MakePrivateFolder(StateFolderOf(state_->StatesPath(), key)); !status.ok()) {
+    spdlog::error("worker adopted without a folder for its states reason={}", LogValue(std::string(status.message())));
   }
   spdlog::info("worker adopted worker={} pid={}", LogValue(key.ToString()), process->pid());
   supervisor_.Adopt(record);

@@ -66,8 +66,8 @@ class Agent {
   void OnRefused(const absl::Status& status);
   void OnModules(const v1::GameModuleList& list);
   void OnLease(const v1::LeaseRenewal& renewal);
-  void OnWorkerMessage(ConnectionId connection, const v1::WorkerMessage& message);
-  void OnWorkerReport(ConnectionId connection, const v1::WorkerReport& report);
+  void OnWorkerMessage(ConnectionId connection, pid_t peer, const v1::WorkerMessage& message);
+  void OnWorkerReport(ConnectionId connection, pid_t peer, const v1::WorkerReport& report);
   void PassOn(const WorkerKey& key, const v1::WorkerMessage& message);
   void OnWorkerClosed(ConnectionId connection);
   void OnProcessEnd(const WorkerKey& key);
@@ -86,6 +86,7 @@ class Agent {
   void Save();
   void Watch(const WorkerKey& key, host::Process process, const std::string& log_path);
   std::vector<std::string> WorkerArguments(const SpawnWorker& action) const;
+  std::vector<std::string> SandboxArguments(const WorkerKey& key) const;
   void SendExited(const v1::WorkerExited& exited);
   void WriteReadyFile();
   void EndWorkers();

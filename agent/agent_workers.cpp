@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "host/files.h"
 #include "host/last_lines.h"
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
@@ -26,8 +27,8 @@ constexpr std::array kServiceVariables = {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WAT
 
 }  // namespace
 
-void Agent::OnWorkerMessage(ConnectionId connection, const v1::WorkerMessage& message) {
-  if (message.has_report()) OnWorkerReport(connection, message.report());
+void Agent::OnWorkerMessage(ConnectionId connection, pid_t peer, const v1::WorkerMessage& message) {
+  if (message.has_report()) OnWorkerReport(connection, peer, message.report());
   const auto known = attached_.find(connection);
   if (known != attached_.end()) PassOn(known->second, message);
 }
@@ -50,12 +51,12 @@ void Agent::PassOn(const WorkerKey& key, const v1::WorkerMessage& message) {
   }
 }
 
-void Agent::OnWorkerReport(ConnectionId connection, const v1::WorkerReport& report) {
+void Agent::OnWorkerReport(ConnectionId connection, pid_t peer, const v1::WorkerReport& report) {
   if (const auto known = attached_.find(connection); known != attached_.end()) {
     supervisor_.Reported(known->second, report);
     return Settle();
   }
-  const absl::StatusOr<WorkerKey> key = supervisor_.Attached(report);
+  const absl::StatusOr<WorkerKey> key = supervisor_.Attached(report, peer);
   if (!key.ok()) {
     spdlog::warn("worker refused reason={}", LogValue(std::string(key.status().message())));
     return socket_->Close(connection, key.status());
@@ -110,27 +111,43 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
 std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const {
   const auto port = [&](int offset) { return std::to_string(action.first_port + offset); };
   // Seen by everybody on this machine, so nothing secret: keys come with the order, over the socket.
-  return {options_.region_binary,
-          "--agent-socket",
-          state_->SocketPath(),
-          "--instance",
-          action.key.instance_id,
-          "--region",
-          std::to_string(action.key.region),
-          "--incarnation",
-          std::to_string(action.key.incarnation),
-          "--bind-address",
-          options_.bind_address,
-          "--advertise-address",
-          options_.advertise_address,
-          "--game-port",
-          port(0),
-          "--link-port",
-          port(1),
-          "--metrics-listen",
-          host::ToString(host::SocketAddress{options_.metrics_host, static_cast<std::uint16_t>(action.first_port + 2)}),
-          "--log-file",
-          state_->LogPath(IdentityOf(action.key))};
+  std::vector<std::string> arguments{
+      options_.region_binary,
+      "--agent-socket",
+      state_->SocketPath(),
+      "--instance",
+      action.key.instance_id,
+      "--region",
+      std::to_string(action.key.region),
+      "--incarnation",
+      std::to_string(action.key.incarnation),
+      "--bind-address",
+      options_.bind_address,
+      "--advertise-address",
+      options_.advertise_address,
+      "--game-port",
+      port(0),
+      "--link-port",
+      port(1),
+      "--metrics-listen",
+      host::ToString(host::SocketAddress{options_.metrics_host, static_cast<std::uint16_t>(action.first_port + 2)}),
+  };
+  const std::vector<std::string> sandbox = SandboxArguments(action.key);
+  arguments.insert(arguments.end(), sandbox.begin(), sandbox.end());
+  arguments.insert(arguments.end(), {"--log-file", state_->LogPath(IdentityOf(action.key))});
+  return arguments;
+}
+
+// It reads scenes and games of the host's worlds, and has a folder of its own for its states; logs are appended to.
+std::vector<std::string> Agent::SandboxArguments(const WorkerKey& key) const {
+  if (!options_.worker_sandbox) return {};
+  std::vector<std::string> arguments{"--sandbox",   "on",
+                                     "--memory-mb", std::to_string(options_.worker_memory_mb),
+                                     "--writable",  StateFolderOf(state_->StatesPath(), key)};
+  for (const std::string& folder : {state_->ScenesPath(), state_->GamesPath(), options_.game_modules}) {
+    if (!folder.empty()) arguments.insert(arguments.end(), {"--readable", folder});
+  }
+  return arguments;
 }
 
 // --- What the supervisor wants ---
@@ -161,6 +178,9 @@ void Agent::Settle() {
 void Agent::Do(const SpawnWorker& action) {
   std::vector<std::string> argv = WorkerArguments(action);
   const std::string log_path = argv.back();
+  if (absl::Status status = host::MakePrivateFolder(StateFolderOf(state_->StatesPath(), action.key)); !status.ok()) {
+    return supervisor_.SpawnFailed(action.key, std::string(status.message()));
+  }
   absl::StatusOr<host::Process> process =
       host::Process::Spawn({.argv = std::move(argv),
                             .log_path = log_path,

@@ -1,4 +1,6 @@
 // The agent and its workers: the real program and real processes.
+#include <grpcpp/grpcpp.h>
+
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +13,7 @@
 #include "gmock/gmock.h"
 #include "host/files.h"
 #include "tessera/v1/scene.pb.h"
+#include "tessera/v1/worker_link.grpc.pb.h"
 
 namespace tessera::agent {
 namespace {
@@ -18,6 +21,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 class AgentWorkersTest : public AgentFixture {
@@ -65,6 +69,59 @@ TEST_F(AgentWorkersTest, DesiredSetBecomesProcessesWithOrdersAndBack) {
   }
   EXPECT_THAT(agent->Output(), AllOf(HasSubstr("worker=inst-1/1#101 revision=1 outcome=\"starting on ports from"),
                                      HasSubstr("outcome=\"no longer wanted: stopping\"")));
+}
+
+// A sibling that was taken over knows all that a worker says of itself; the kernel says which process it is.
+TEST_F(AgentWorkersTest, NobodySpeaksForAnotherWorker) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1), Order(2)});
+  for (const std::uint32_t region : {1U, 2U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
+  HoldWorkers();
+  v1::WorkerMessage lie;
+  *lie.mutable_report() = control_.record().reports.at(1);
+  lie.mutable_report()->set_failure("so an impostor says");
+  const auto stub = v1::WorkerLinkService::NewStub(
+      grpc::CreateChannel("unix:" + state_dir_ + "/agent.sock", grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  const auto stream = stub->Attach(&context);
+  stream->Write(lie);
+  v1::AgentOrder order;
+  EXPECT_FALSE(stream->Read(&order)) << "it is given no order, and so no key";
+  const grpc::Status refused = stream->Finish();
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(refused.error_message(), HasSubstr("is not worker inst-1/1#101"));
+  // The worker itself is still attached, and heard.
+  control_.SetDesired({Order(1, 2), Order(2)});
+  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.reports.at(1).order_revision() == 2; }));
+  EXPECT_EQ(control_.record().reports.at(1).failure(), "");
+}
+
+// Its own folder is its only one: states of other worlds on the host are not for it.
+TEST_F(AgentWorkersTest, EachWorkerIsToldItsSandbox) {
+  const auto agent = StartAdmitted({"--stop-workers", "--worker-memory-mb", "5000"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  const std::string arguments =
+      host::ReadFile("/proc/" + std::to_string(HoldWorkers().at(0)) + "/cmdline", kMaxStateFileBytes).value();
+  const auto has = [](const std::string& option, const std::string& value) {
+    return HasSubstr(std::string(1, '\0') + option + '\0' + value + '\0');
+  };
+  EXPECT_THAT(arguments, AllOf(has("--sandbox", "on"), has("--memory-mb", "5000"),
+                               has("--writable", state_dir_ + "/states/inst-1-1-101"),
+                               has("--readable", state_dir_ + "/scenes"), has("--readable", state_dir_ + "/games")));
+  EXPECT_TRUE(std::filesystem::is_directory(state_dir_ + "/states/inst-1-1-101"));
+  control_.SetDesired({});
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_FALSE(std::filesystem::exists(state_dir_ + "/states/inst-1-1-101"));
+}
+
+TEST_F(AgentWorkersTest, AnOperatorMayDoWithoutTheSandbox) {
+  const auto agent = StartAdmitted({"--stop-workers", "--worker-sandbox", "off"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  const std::string arguments =
+      host::ReadFile("/proc/" + std::to_string(HoldWorkers().at(0)) + "/cmdline", kMaxStateFileBytes).value();
+  EXPECT_THAT(arguments, AllOf(HasSubstr("--log-file"), Not(HasSubstr("--sandbox")), Not(HasSubstr("--memory-mb"))));
 }
 
 TEST_F(AgentWorkersTest, StopOrderEndsAWorkerInOrder) {

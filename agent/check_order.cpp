@@ -38,6 +38,21 @@ v1::WorkerIdentity IdentityOf(const WorkerKey& key) {
   return identity;
 }
 
+std::string StateFolderOf(const std::string& folder, const WorkerKey& key) {
+  return absl::StrCat(folder, "/", key.instance_id, "-", key.region, "-", key.incarnation);
+}
+
+absl::Status CheckSpeaker(const v1::WorkerIdentity& says, pid_t peer, std::int64_t pid) {
+  const std::string worker = KeyOf(says).ToString();
+  if (pid == 0 || says.pid() != pid) {
+    return absl::NotFoundError(absl::StrCat("no worker ", worker, " with pid ", says.pid(), " belongs to this agent"));
+  }
+  if (peer != static_cast<pid_t>(pid)) {
+    return absl::NotFoundError(absl::StrCat("process ", peer, " is not worker ", worker, ", which has pid ", pid));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckOrder(const v1::WorkerOrder& order) {
   const std::string& id = order.instance_id();
   if (id.empty() || id.size() > kMaxInstanceId || id[0] == '.' || id[0] == '-' ||

@@ -64,6 +64,18 @@ inline constexpr std::size_t kKeptLogs = 200;
 // one may take to load when it is looked at for the first time; the agent does not begin before.
 inline constexpr std::chrono::milliseconds kModuleScanInterval{2000}, kModulePatience{10'000};
 
+// Address space of a worker that runs anything: stacks and arenas of its threads are reserved, and hardly used. Less,
+// and a small world's worker ends for want of it.
+inline constexpr std::uint64_t kLeastWorkerMemory_mb = 4096;
+
+// Connections to the socket of workers: of one process, which dials anew before the old one is given up, and in all.
+// Beyond, they are closed unread: a worker that was taken over would exhaust this program's descriptors.
+inline constexpr std::size_t kConnectionsOfAProcess = 8, kConnectionsOfAll = 4096;
+// A worker has one stream; one that comes again may overlap with it.
+inline constexpr int kStreamsOfAConnection = 4;
+// Where this program has no descriptor left, it looks again so much later.
+inline constexpr int kAcceptPause_ms = 100;
+
 // The kernel's sun_path is 108 bytes with its final zero.
 inline constexpr std::size_t kMaxSocketPath = 107;
 

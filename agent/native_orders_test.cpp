@@ -67,7 +67,7 @@ TEST_F(NativeOrdersTest, TheGameIsTakenFromTheHostsFolderAndNotFetched) {
   supervisor_.ContentReady(fetched_[0], "/scene.pb");
   v1::WorkerReport report;
   *report.mutable_identity() = identity();
-  ASSERT_TRUE(supervisor_.Attached(report).ok());
+  ASSERT_TRUE(supervisor_.Attached(report, static_cast<pid_t>(report.identity().pid())).ok());
   Carry();
   ASSERT_EQ(orders_.size(), 1U);
   EXPECT_EQ(orders_[0].game_path(), "/games/arena.so");

@@ -1,6 +1,7 @@
 #include "agent/options.h"
 
 #include <arpa/inet.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -25,6 +26,13 @@ namespace {
 constexpr char kTokenEnvironment[] = "TESSERA_JOIN_TOKEN";
 constexpr std::uint32_t kMaxCapacity = 10'000;
 
+// Half of the machine's, so that no single worker takes it all, but no less than one needs with its threads' stacks.
+std::uint64_t DefaultWorkerMegabytes() {
+  const auto machine_mb =
+      static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) >> 20;
+  return std::max(machine_mb / 2, kLeastWorkerMemory_mb);
+}
+
 struct AgentFlags {
   std::string control = "unix:" + trust::DefaultControlSocket(), join_token, join_token_file,
               state_dir = "/var/lib/tessera/agent";
@@ -32,6 +40,8 @@ struct AgentFlags {
               log_level;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
+  std::string worker_sandbox = "on";
+  std::uint64_t worker_memory_mb = DefaultWorkerMegabytes();
   bool stop_workers = false, die_with_parent = false;
 };
 
@@ -63,6 +73,12 @@ void Declare(CLI::App& app, AgentFlags& f) {
   app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
   app.add_option("--game-modules", f.game_modules,
                  "folder of shared libraries that worlds may run as games, which are trusted; default none");
+  app.add_option("--worker-sandbox", f.worker_sandbox,
+                 "off: workers may open whatever this user may, as native games that read files of their own need")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  app.add_option("--worker-memory-mb", f.worker_memory_mb,
+                 "address space of a worker in the sandbox; default half of the machine's memory; 0: no limit");
   app.add_option("--ready-file", f.ready_file, "written with one line of JSON once admitted");
   app.add_flag("--stop-workers", f.stop_workers,
                "end the workers at the end, instead of leaving them to the next agent");
@@ -176,6 +192,12 @@ absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {
   options.region_binary = f.region_binary.empty() ? host::ProgramFolder() + "/tessera-region" : f.region_binary;
   options.ready_file = f.ready_file;
   options.log_level = f.log_level;
+  if (f.worker_memory_mb != 0 && f.worker_memory_mb < kLeastWorkerMemory_mb) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--worker-memory-mb must be 0 or at least ", kLeastWorkerMemory_mb, ", got ", f.worker_memory_mb));
+  }
+  options.worker_sandbox = f.worker_sandbox == "on";
+  options.worker_memory_mb = f.worker_memory_mb;
   options.stop_workers = f.stop_workers;
   options.die_with_parent = f.die_with_parent;
   return options;

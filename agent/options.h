@@ -25,6 +25,8 @@ struct AgentOptions {
   std::string log_level;
   PortRange ports{7800, 8799};
   std::uint32_t capacity = 0;
+  bool worker_sandbox = true;
+  std::uint64_t worker_memory_mb = 0;  // each one's address space; 0: no limit
   bool stop_workers = false;
   bool die_with_parent = false;
 };

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <vector>
 
+#include "agent/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "trust/control_address.h"
@@ -33,6 +34,8 @@ TEST(OptionsTest, DefaultsFitOneMachine) {
   EXPECT_EQ(options.capacity % 8, 0U);
   EXPECT_THAT(options.region_binary, ::testing::EndsWith("/tessera-region"));
   EXPECT_FALSE(options.stop_workers);
+  EXPECT_TRUE(options.worker_sandbox);
+  EXPECT_GE(options.worker_memory_mb, kLeastWorkerMemory_mb);
 }
 
 TEST(OptionsTest, TheFolderOfNativeGamesMustBeThere) {
@@ -60,7 +63,8 @@ TEST(OptionsTest, MetricsAreFoundWhereTheyAreServed) {
 TEST(OptionsTest, BadValuesNameTheirFlag) {
   const std::vector<std::vector<std::string>> bad = {{"--control", "nowhere"},       {"--metrics-listen", "7702"},
                                                      {"--port-range", "5"},          {"--advertise-address", "a b"},
-                                                     {"--bind-address", "hostname"}, {"--capacity", "10001"}};
+                                                     {"--bind-address", "hostname"}, {"--capacity", "10001"},
+                                                     {"--worker-memory-mb", "100"},  {"--worker-sandbox", "maybe"}};
   for (const auto& flags : bad) {
     const auto options = Parse(flags);
     EXPECT_EQ(options.status().code(), absl::StatusCode::kInvalidArgument) << flags[0];

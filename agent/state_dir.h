@@ -6,6 +6,7 @@
 //   logs/          one file a worker, and a few before it where it grew large
 //   scenes/        <hash>.pb
 //   games/         <hash>.game
+//   states/        a folder a worker: what it begins with, and its checkpoints until they are uploaded
 //   lock           held while an agent runs
 //
 // Files appear whole or not at all. Thread rule: `ContentPath` from any thread; all else one owner.
@@ -43,6 +44,8 @@ class StateDir {
   std::string IdentityPath() const { return path_ + "/host.json"; }
   std::string SocketPath() const { return path_ + "/agent.sock"; }
   std::string StatesPath() const { return path_ + "/states"; }
+  std::string ScenesPath() const { return path_ + "/scenes"; }
+  std::string GamesPath() const { return path_ + "/games"; }
   std::string LogPath(const v1::WorkerIdentity& worker) const;
   std::string ContentPath(const Content& content) const;
 

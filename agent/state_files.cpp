@@ -85,12 +85,8 @@ void StateFiles::Fetched(const WorkerKey& key, const absl::Status& status) {
 
 void StateFiles::Forget(const WorkerKey& key, const std::string& folder) {
   missing_.erase(key);
-  const std::string prefix = absl::StrCat(key.instance_id, "-", key.region, "-", key.incarnation, "-");
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    std::error_code ignored;
-    if (entry.path().filename().string().starts_with(prefix)) std::filesystem::remove(entry.path(), ignored);
-  }
+  std::error_code ignored;
+  std::filesystem::remove_all(StateFolderOf(folder, key), ignored);
 }
 
 void StateFiles::Upload(const UploadState& what) {

@@ -225,7 +225,7 @@ void Supervisor::StateFailed(const WorkerKey& key, const std::string& reason) {
 }
 
 std::string Supervisor::StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const {
-  return absl::StrCat(state_folder_, "/", key.instance_id, "-", key.region, "-", key.incarnation, "-", tick, ".", what);
+  return absl::StrCat(StateFolderOf(state_folder_, key), "/", tick, ".", what);
 }
 
 // Empty: not here yet. A worker that has begun has read it, whether or not it is being looked for once more.
@@ -337,13 +337,11 @@ void Supervisor::KeepExit(const WorkerKey& key, v1::WorkerExited exited, ExitRes
 
 // --- From workers
 
-absl::StatusOr<WorkerKey> Supervisor::Attached(const v1::WorkerReport& first) {
+absl::StatusOr<WorkerKey> Supervisor::Attached(const v1::WorkerReport& first, pid_t peer) {
   const WorkerKey key = KeyOf(first.identity());
   const auto found = workers_.find(key);
-  if (found == workers_.end() || first.identity().pid() != found->second.record.identity().pid()) {
-    return absl::NotFoundError(
-        absl::StrCat("no worker ", key.ToString(), " with pid ", first.identity().pid(), " belongs to this agent"));
-  }
+  const std::int64_t pid = found == workers_.end() ? 0 : found->second.record.identity().pid();
+  if (absl::Status status = CheckSpeaker(first.identity(), peer, pid); !status.ok()) return status;
   Worker& worker = found->second;
   worker.attached = worker.ever_attached = true;
   if (worker.stopping == Stopping::kNo) worker.deadline.reset();

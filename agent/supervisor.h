@@ -43,6 +43,10 @@ struct WorkerKey {
 };
 WorkerKey KeyOf(const v1::WorkerIdentity& identity);
 v1::WorkerIdentity IdentityOf(const WorkerKey& key);
+// Where one worker's states are, and no other's: others cannot read it (region_worker/sandbox.h).
+std::string StateFolderOf(const std::string& folder, const WorkerKey& key);
+// Whether process `peer` speaks for the worker that it says it is, whose pid is `pid`; 0: there is no such worker.
+absl::Status CheckSpeaker(const v1::WorkerIdentity& says, pid_t peer, std::int64_t pid);
 
 // --- Actions ---------------------------------------------------------------------------------------------------------
 
@@ -120,8 +124,9 @@ class Supervisor {
   void SpawnFailed(const WorkerKey& key, const std::string& reason);
   void Ended(const WorkerKey& key, const host::ExitStatus& status, std::vector<std::string> last_lines);
 
-  // From workers. NOT_FOUND for one that this agent neither started nor adopted.
-  absl::StatusOr<WorkerKey> Attached(const v1::WorkerReport& first);
+  // From workers. NOT_FOUND for one that this agent neither started nor adopted, or that another process, `peer`,
+  // speaks for: the kernel knows who dialled.
+  absl::StatusOr<WorkerKey> Attached(const v1::WorkerReport& first, pid_t peer);
   void Reported(const WorkerKey& key, const v1::WorkerReport& report);
   void Detached(const WorkerKey& key);
 

@@ -57,8 +57,9 @@ class SupervisorTest : public ::testing::Test {
     report.set_phase(phase);
     return report;
   }
+  pid_t PidOf(std::uint32_t region) const { return static_cast<pid_t>(Report(region).identity().pid()); }
   void Attach(std::uint32_t region) {
-    ASSERT_TRUE(supervisor_.Attached(Report(region)).ok());
+    ASSERT_TRUE(supervisor_.Attached(Report(region), PidOf(region)).ok());
     Carry();
   }
   void End(std::uint32_t region, const host::ExitStatus& status, std::vector<std::string> lines = {}) {
@@ -230,11 +231,16 @@ TEST_F(SupervisorTest, WholeOrderIsSentAgainToAWorkerThatAttachesAnew) {
 }
 
 TEST_F(SupervisorTest, RefusesAStrangerAndAPidThatIsNotTheWorkers) {
-  EXPECT_EQ(supervisor_.Attached(Report(1)).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(supervisor_.Attached(Report(1), PidOf(1)).status().code(), absl::StatusCode::kNotFound);
   Want({Order(1)});
   v1::WorkerReport other = Report(1);
   other.mutable_identity()->set_pid(4);
-  EXPECT_EQ(supervisor_.Attached(other).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(supervisor_.Attached(other, 4).status().code(), absl::StatusCode::kNotFound);
+  // It names the worker, and is another process.
+  const absl::Status sibling = supervisor_.Attached(Report(1), PidOf(1) + 1).status();
+  EXPECT_EQ(sibling.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(sibling.message()), HasSubstr("is not worker inst-1/1#"));
+  EXPECT_TRUE(supervisor_.Attached(Report(1), PidOf(1)).ok());
 }
 
 TEST_F(SupervisorTest, CrashIsReportedWithItsCauseAndTheWorkerIsNotStartedAgain) {
@@ -492,7 +498,7 @@ TEST_F(SupervisorTest, NextLifeAdoptsWhatLivesAndTellsWhatEnded) {
   EXPECT_EQ(next.Reports()[0].address().game_port(), 7800U);
   EXPECT_THAT(next.Exits(), SizeIs(2));
   EXPECT_FALSE(next.NextDeadline());  // an adopted worker has all the time it needs
-  ASSERT_TRUE(next.Attached(Report(1)).ok());
+  ASSERT_TRUE(next.Attached(Report(1), PidOf(1)).ok());
   next.TakeActions();
 
   v1::DesiredSet set;

@@ -1,19 +1,20 @@
 #include "agent/worker_socket.h"
 
 #include <grpcpp/grpcpp.h>
-#include <sys/stat.h>
+#include <grpcpp/server_posix.h>
 
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "agent/grpc_status.h"
 #include "agent/limits.h"
+#include "agent/peer_listener.h"
 #include "tessera/v1/worker_link.grpc.pb.h"
 
 namespace tessera::agent {
@@ -24,7 +25,7 @@ class Server;
 // One attached worker. gRPC's rule: nothing may be started after Finish, so Finish waits for the write under way.
 class WorkerConnection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder> {
  public:
-  WorkerConnection(Server& server, ConnectionId id) : server_(server), id_(id) {}
+  WorkerConnection(Server& server, ConnectionId id, pid_t peer) : server_(server), id_(id), peer_(peer) {}
 
   void Begin() { StartRead(&incoming_); }
 
@@ -72,7 +73,8 @@ class WorkerConnection final : public grpc::ServerBidiReactor<v1::WorkerMessage,
   }
 
   Server& server_;
-  ConnectionId id_;
+  const ConnectionId id_;
+  const pid_t peer_;
   v1::WorkerMessage incoming_;
   v1::AgentOrder outgoing_;  // while writing_
 
@@ -87,6 +89,12 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
  public:
   explicit Server(Callbacks callbacks) : callbacks_(std::move(callbacks)) {}
   ~Server() override {
+    std::unique_ptr<PeerListener> ended;  // hands nothing to the server any more
+    {
+      const std::lock_guard lock(mutex_);
+      ended = std::move(listener_);
+    }
+    ended.reset();
     if (server_) {
       server_->Shutdown(std::chrono::system_clock::now());
       server_->Wait();
@@ -95,22 +103,24 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
 
   absl::Status Listen(const std::string& path) {
     grpc::ServerBuilder builder;
-    int bound = 0;
-    builder.AddListeningPort("unix:" + path, grpc::InsecureServerCredentials(), &bound);
     builder.RegisterService(this);
     builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kStreamsOfAConnection);
     server_ = builder.BuildAndStart();
     if (!server_) return absl::UnavailableError(absl::StrCat("cannot serve workers on ", path));
-    // The process's umask has kept others out already between bind and here.
-    if (chmod(path.c_str(), 0600) != 0) return absl::UnavailableError(absl::StrCat(path, ": ", std::strerror(errno)));
+    // A worker that attaches at once waits until its peer can be asked for.
+    const std::lock_guard lock(mutex_);
+    auto listener = PeerListener::Listen(path, [this](int fd) { grpc::AddInsecureChannelFromFd(server_.get(), fd); });
+    if (!listener.ok()) return listener.status();
+    listener_ = *std::move(listener);
     return absl::OkStatus();
   }
 
-  grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder>* Attach(grpc::CallbackServerContext*) override {
+  grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder>* Attach(grpc::CallbackServerContext* context) override {
     std::shared_ptr<WorkerConnection> connection;
     {
       const std::lock_guard lock(mutex_);
-      connection = std::make_shared<WorkerConnection>(*this, next_id_);
+      connection = std::make_shared<WorkerConnection>(*this, next_id_, PeerOf(context->peer()));
       connections_.emplace(next_id_++, connection);
     }
     connection->Begin();
@@ -140,6 +150,12 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   }
 
  private:
+  // gRPC names a connection that it was handed by its descriptor: "fd:17". 0, which is no worker's, if there is none.
+  pid_t PeerOf(const std::string& name) const {
+    int fd = 0;
+    if (!listener_ || !absl::SimpleAtoi(absl::StripPrefix(name, "fd:"), &fd)) return 0;
+    return listener_->PeerOf(fd);
+  }
   std::shared_ptr<WorkerConnection> Find(ConnectionId id) {
     const std::lock_guard lock(mutex_);
     const auto found = connections_.find(id);
@@ -147,15 +163,16 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   }
 
   Callbacks callbacks_;
-  std::mutex mutex_;  // guards the two below
+  std::unique_ptr<grpc::Server> server_;
+  std::mutex mutex_;  // guards what follows
   ConnectionId next_id_ = 1;
   std::map<ConnectionId, std::shared_ptr<WorkerConnection>> connections_;
-  std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<PeerListener> listener_;
 };
 
 void WorkerConnection::OnReadDone(bool ok) {
   if (!ok) return End(absl::OkStatus());
-  server_.callbacks().on_message(id_, std::move(incoming_));
+  server_.callbacks().on_message(id_, peer_, std::move(incoming_));
   incoming_.Clear();
   {
     const std::lock_guard lock(mutex_);

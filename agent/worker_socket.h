@@ -3,11 +3,13 @@
 //   auto socket = WorkerSocket::Serve("/var/lib/tessera/agent.sock", {.on_message = ..., .on_closed = ...});
 //   (*socket)->Send(connection, order);
 //
-// Only this user can connect (mode 0600). Who is behind a connection is for its first message, a report, to say and for
-// the caller to judge. Of orders, and of leases, that wait for a slow worker only the last is kept: each is whole.
-// Thread rule: every method from any thread. Callbacks run on gRPC's threads and must not block; none comes after the
-// destructor has returned.
+// Only this user can connect (mode 0600). Which process is behind a connection comes from the kernel (peer_listener.h);
+// which worker it is, its first message, a report, says and the caller judges. Of orders, and of leases, that wait for
+// a slow worker only the last is kept: each is whole. Thread rule: every method from any thread. Callbacks run on
+// gRPC's threads and must not block; none comes after the destructor has returned.
 #pragma once
+
+#include <sys/types.h>
 
 #include <cstdint>
 #include <functional>
@@ -25,7 +27,7 @@ using ConnectionId = std::uint64_t;  // never used twice
 class WorkerSocket {
  public:
   struct Callbacks {
-    std::function<void(ConnectionId, v1::WorkerMessage)> on_message;
+    std::function<void(ConnectionId, pid_t peer, v1::WorkerMessage)> on_message;  // 0: nobody knows who
     std::function<void(ConnectionId)> on_closed;
   };
   // UNAVAILABLE if the socket cannot be made. A file at `path` is replaced.

@@ -21,7 +21,7 @@ struct RawFlags {
   std::uint32_t region = 0;
   std::uint64_t incarnation = 0;
   WorkerOptions options;
-  std::string metrics_listen;
+  std::string metrics_listen, sandbox = "off";
 };
 
 void Declare(CLI::App& app, RawFlags& raw) {
@@ -82,6 +82,15 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->group(agent);
   app.add_option("--game-port", options.game_port, "UDP port for clients; 0: any")->check(port)->group(agent);
   app.add_option("--link-port", options.link_port, "UDP port for other regions; 0: any")->check(port)->group(agent);
+  app.add_option("--sandbox", raw.sandbox, "on: give up other files, programs and processes before anything is read")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str()
+      ->group(agent);
+  app.add_option("--readable", options.readable, "in the sandbox: a folder that is read; any number")->group(agent);
+  app.add_option("--writable", options.writable, "in the sandbox: a folder that is written; any number")->group(agent);
+  app.add_option("--memory-mb", options.memory_mb, "in the sandbox: address space that it takes at most; 0: no limit")
+      ->capture_default_str()
+      ->group(agent);
 }
 
 absl::Status CheckAgentFlags(RawFlags& raw) {
@@ -89,6 +98,10 @@ absl::Status CheckAgentFlags(RawFlags& raw) {
   if (raw.region == 0) return absl::InvalidArgumentError("--region 0: regions are numbered from 1");
   if (raw.incarnation == 0) return absl::InvalidArgumentError("--incarnation is required, from 1");
   raw.options.identity.incarnation = Incarnation(raw.incarnation);
+  raw.options.sandbox = raw.sandbox == "on";
+  if (raw.options.sandbox && raw.options.log_file.empty()) {
+    return absl::InvalidArgumentError("--sandbox on needs --log-file");
+  }
   return absl::OkStatus();
 }
 

@@ -11,9 +11,12 @@
 #include <filesystem>
 #include <string>
 
+#include <spdlog/spdlog.h>
+
 #include "game_sdk/native/native_module.h"
 #include "host/log_rotation.h"
 #include "region_worker/flags.h"
+#include "region_worker/sandbox.h"
 #include "region_worker/wait.h"
 #include "region_worker/worker_shell.h"
 #include "telemetry/logging.h"
@@ -35,6 +38,22 @@ bool RedirectStderr(const std::string& path) {
   const bool done = dup2(fd, STDERR_FILENO) >= 0;
   close(fd);
   return done;
+}
+
+// False: it could not be entered, and the log says why. A kernel that lacks a part of it is said, and no reason to end.
+bool IntoSandbox(const tessera::worker::WorkerOptions& options) {
+  if (!options.sandbox) return true;
+  const std::filesystem::path log = std::filesystem::absolute(options.log_file);
+  const auto missing = tessera::worker::EnterSandbox({.readable = options.readable,
+                                                      .writable = options.writable,
+                                                      .append = {log.parent_path().string()},
+                                                      .memory_bytes = options.memory_mb << 20});
+  if (!missing.ok()) {
+    spdlog::error("sandbox refused reason={}", tessera::telemetry::LogValue(std::string(missing.status().message())));
+    return false;
+  }
+  if (!missing->empty()) spdlog::warn("sandbox incomplete missing={}", tessera::telemetry::LogValue(*missing));
+  return true;
 }
 
 // "game module arena abi 1 hash 9f86d0...": for an agent, which loads no library itself, because one that crashes as it
@@ -68,6 +87,7 @@ int main(int argc, char** argv) {
   if (const absl::Status status = tessera::telemetry::InitLogging("region", options.log_level); !status.ok()) {
     return Exit(kExitUsage, "tessera-region: " + std::string(status.message()) + "\n");
   }
+  if (!IntoSandbox(options)) return kExitFailure;
   const SignalWatch signals;  // before any thread
   return WorkerShell(options, signals).Run();
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/region/settings.h"
 #include "region_worker/core/identity.h"
@@ -34,9 +35,12 @@ struct WorkerOptions {
   std::string metrics_host = "127.0.0.1";                        // not where players come, unless told so
   std::string agent_socket;                                      // empty: standalone
   std::optional<Standalone> standalone;
-  std::string describe_game_module;  // path of a library to be described, and nothing else; empty: none
-  std::string log_level;             // empty: as telemetry/logging.h says
-  std::string log_file;              // empty: stderr
+  std::string describe_game_module;             // path of a library to be described, and nothing else; empty: none
+  std::string log_level;                        // empty: as telemetry/logging.h says
+  std::string log_file;                         // empty: stderr
+  bool sandbox = false;                         // give up what sandbox.h says
+  std::vector<std::string> readable, writable;  // with it
+  std::uint64_t memory_mb = 0;                  // with it; 0: no limit
 };
 
 // How the process ends.

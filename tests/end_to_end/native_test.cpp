@@ -51,7 +51,7 @@ class GameFolder {
   GameFolder() {
     fs::create_directory(path());
     std::ofstream(scene(), std::ios::binary) << kScene;
-    for (const char* name : {"bounce", "crashes_late", "no_entry", "other_abi"}) {
+    for (const char* name : {"bounce", "burglar", "crashes_late", "no_entry", "other_abi"}) {
       const std::string file = std::string(name) + ".so";
       fs::copy_file(fs::path(TESSERA_BINARY_DIR) / "game_modules" / file, fs::path(path()) / file);
     }
@@ -156,6 +156,26 @@ TEST_F(NativeClusterTest, AGameThatCrashesThreeWorkersInARowStopsItsWorldWithThe
   EXPECT_THAT(watched.out, HasSubstr("Segmentation fault in on_tick"));
   EXPECT_THAT(Tessera({"instance", "describe", "inst-1"}).out,
               HasSubstr("worker died in game module crashes_late: Segmentation fault in on_tick"));
+}
+
+// Four workers of a host whose game does what an attacker would who had taken them over.
+TEST_F(NativeClusterTest, AWorkerThatWasTakenOverReachesNothingElseOfItsHost) {
+  Start(games_.path(), 1);
+  const auto made = Tessera(
+      {"instance", "create", "--scene", games_.scene(), "--game", "native:burglar", "--regions", "4", "--wait"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  std::string said;
+  const auto patience_ends = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (said.find("burglar tried") == std::string::npos && std::chrono::steady_clock::now() < patience_ends) {
+    said = Tessera({"game", "logs", "inst-1"}).out;
+  }
+  EXPECT_THAT(said, HasSubstr("got through 0")) << said;
+  EXPECT_THAT(said, testing::Not(HasSubstr("burglar got"))) << said;
+  EXPECT_FALSE(fs::exists("/tmp/tessera-burglar"));
+  // Nobody noticed: the world runs on, and its state is still written and fetched.
+  ASSERT_EQ(Tessera({"instance", "checkpoint", "inst-1"}).exit_code, 0);
+  const auto restored = Tessera({"instance", "restore", "inst-1", "--wait"});
+  EXPECT_EQ(restored.exit_code, 0) << restored.err;
 }
 
 TEST_F(NativeClusterTest, WhatNoHostCanRunIsRefusedWithTheReasonOfEach) {
