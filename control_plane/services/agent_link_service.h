@@ -2,6 +2,8 @@
 // Thread rule: as Answerer; a stream takes two threads for as long as it stands.
 #pragma once
 
+#include <malloc.h>
+
 #include <chrono>
 #include <memory>
 #include <string>
@@ -21,6 +23,8 @@ namespace tessera::control {
 // An agent says who it is at once; whoever says nothing holds a thread.
 inline constexpr std::chrono::seconds kHelloPatience{10};
 inline constexpr std::size_t kMaxSilentStreams = 64;
+// No host's hello is as long; a stranger's may be, up to the limit of a request.
+inline constexpr std::size_t kLongHelloBytes = std::size_t{8} << 20;
 
 class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answerer {
  public:
@@ -28,18 +32,10 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   using Stream = grpc::ServerReaderWriter<v1::ControlMessage, v1::AgentMessage>;
 
   grpc::Status Attach(grpc::ServerContext* context, Stream* stream) override {
-    v1::AgentMessage first;
-    if (absl::Status status = ReadHello(context, stream, first); !status.ok()) return ToGrpc(status);
-    bool is_attached = false;
-    const absl::Status status = Serve(context, stream, first, is_attached);
-    if (is_attached) {
-      spdlog::info("agent gone from={} result={}{}", context->peer(), absl::StatusCodeToString(status.code()),
-                   status.ok() ? "" : " error=" + telemetry::LogValue(std::string(status.message())));
-    } else if (const auto left_out = strangers_.Take(telemetry::LogThrottle::Clock::now())) {
-      spdlog::warn("agent refused from={} result={} error={} more={}", context->peer(),
-                   absl::StatusCodeToString(status.code()), telemetry::LogValue(std::string(status.message())),
-                   *left_out);
-    }
+    bool is_long = false;
+    const absl::Status status = Receive(context, stream, is_long);
+    // The pieces in which it came lay all over the heap, so that this process would keep what was between them.
+    if (is_long) malloc_trim(0);
     return ToGrpc(status);
   }
   grpc::Status FetchScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
@@ -97,6 +93,24 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
       const absl::Status known = CheckHostSecret(state, request.host_id(), request.host_secret());
       return known.ok() ? CheckMayFetchContent(state, request.host_id(), key, field) : known;
     });
+  }
+
+  // A stream from its hello to its end. `is_long`: the hello was.
+  absl::Status Receive(grpc::ServerContext* context, Stream* stream, bool& is_long) {
+    v1::AgentMessage first;
+    if (absl::Status status = ReadHello(context, stream, first); !status.ok()) return status;
+    is_long = first.ByteSizeLong() > kLongHelloBytes;
+    bool is_attached = false;
+    absl::Status status = Serve(context, stream, first, is_attached);
+    if (is_attached) {
+      spdlog::info("agent gone from={} result={}{}", context->peer(), absl::StatusCodeToString(status.code()),
+                   status.ok() ? "" : " error=" + telemetry::LogValue(std::string(status.message())));
+    } else if (const auto left_out = strangers_.Take(telemetry::LogThrottle::Clock::now())) {
+      spdlog::warn("agent refused from={} result={} error={} more={}", context->peer(),
+                   absl::StatusCodeToString(status.code()), telemetry::LogValue(std::string(status.message())),
+                   *left_out);
+    }
+    return status;
   }
 
   // Those who have proved nothing yet are few at a time, and do not keep out who has.

@@ -1,5 +1,6 @@
 // A cluster that is reached over the network, as operators set it up: the first administrator, tokens, a host that
 // joins by TLS and runs a world, players at their door; and what strangers, former hosts and viewers get.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -141,6 +143,32 @@ TEST_F(TrustTest, AWorldRunsOnAHostThatJoinedByTlsAndPlayersComeIn) {
   EXPECT_EQ(FirstLine(Tessera({"cluster", "authority"})), fingerprint_);
   EXPECT_THAT(Everything(), Not(HasSubstr(token.substr(0, 68)))) << "no secret is in a log";
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // a sanitizer wants to be the first library
+// Nobody's certificate, lease or link looks at a date.
+TEST_F(TrustTest, AHostWhoseClockIs400DaysOffRunsAWorldAsAnyOther) {
+  for (const char* shift_s : {"34560000", "-34560000", "3600"}) {
+    setenv("LD_PRELOAD", TESSERA_BINARY_DIR "/tests/shifted_clock.so", 1);
+    setenv("TESSERA_CLOCK_SHIFT_S", shift_s, 1);
+    const bool admitted = StartAgent(agent_ ? "tsj_used." + fingerprint_ : JoinToken("alpha"));
+    unsetenv("LD_PRELOAD");
+    ASSERT_TRUE(admitted) << shift_s << host::LastLinesText(AgentLog(), 5);
+    const support::RunResult running =
+        Tessera({"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies", "20", "--regions", "2",
+                 "--guests", "on", "--wait", "-o", "name"});
+    ASSERT_EQ(running.exit_code, 0) << running.err;
+    const std::string name = FirstLine(running), id = name.substr(name.find('/') + 1);
+    const auto bot = local::Bot::Join(players_ + "#" + fingerprint_, id, "ada", 7);
+    ASSERT_TRUE(bot.ok()) << bot.status();
+    EXPECT_TRUE((*bot)->client().Leave(std::chrono::seconds(10)).ok());
+    EXPECT_EQ(Tessera({"instance", "delete", id, "--wait"}).exit_code, 0);
+    agent_->End(kPatience);
+  }
+  const std::time_t shifted = std::time(nullptr) + 34'560'000;
+  EXPECT_THAT(*host::ReadFile(AgentLog(), kMaxFileBytes), HasSubstr(fmt::format("{:%Y-%m-}", *std::gmtime(&shifted))))
+      << "the clock was wrong indeed";
+}
+#endif
 
 TEST_F(TrustTest, AWorldThatIsMadeByTlsTakesNoGuestsAndIssuersAreAnAdministrators) {
   ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);

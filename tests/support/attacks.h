@@ -1,0 +1,56 @@
+// Attacks on a running cluster from outside, as strangers, players and a host with a valid certificate would make them.
+// Tests and the benchmark of trust use the same.
+//
+//   const Target target{.socket = ..., .operators = "127.0.0.1:7700#FINGERPRINT", ...};
+//   const Outcome outcome = CallEveryMethod(target);   // outcome.through: what should have been refused, and was not
+//
+// Each attack returns once it is over, and bounds its own time. Thread rule: any thread; each uses threads of its own.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tessera::support {
+
+struct Target {
+  std::string socket;              // the control plane's, as this user: to set a stage and to look
+  std::string operators, players;  // HOST:PORT#FINGERPRINT
+};
+
+struct Outcome {
+  int tries = 0;
+  std::vector<std::string> through;  // a line for each try that got through
+  void Try(const std::string& what, bool refused) {
+    ++tries;
+    if (!refused) through.push_back(what);
+  }
+};
+
+// Every method of every service, at both doors, with nothing to show; at the players' door all but what players call.
+Outcome CallEveryMethod(const Target& target);
+// So many hellos at once, each with a join token of so many bytes.
+Outcome ShowLongTokens(const Target& target, int streams, std::size_t bytes);
+// So many streams that say nothing, until the control plane has ended them.
+Outcome SayNothing(const Target& target, int streams);
+// So many imports at once, of so many bytes each, without a token.
+Outcome ImportAsStranger(const Target& target, int imports, std::size_t bytes);
+// No TLS.
+Outcome SpeakPlainText(const Target& target);
+// So many guests' joins and leaves, by so many threads. Through is what is left in the world.
+Outcome JoinAndLeave(const Target& target, const std::string& instance, int threads, int times_each);
+
+// Admits a host by TLS, and has it lie: about its capacity, about players, about another's workers; it asks for the
+// scene, game and state of a world that it has no part in.
+Outcome LieAsHost(const Target& target, const std::string& instance);
+// The same kind of host asks for leases again and again and never reads an answer.
+Outcome NeverRead(const Target& target, int requests);
+
+// Seconds that an operator's list of hosts takes at the socket; below 0: it failed.
+double OperatorsCallSeconds(const Target& target);
+// Resident memory of a process, MB.
+double ResidentMegabytes(pid_t pid);
+
+}  // namespace tessera::support
