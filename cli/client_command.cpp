@@ -17,6 +17,7 @@
 #include "cli/keys.h"
 #include "cli/playback.h"
 #include "cli/signals.h"
+#include "cli/ticket_argument.h"
 #include "host/files.h"
 #include "local_cluster/bot.h"
 #include "local_cluster/command_error.h"
@@ -37,6 +38,7 @@ struct ClientOptions {
   std::uint64_t seed = 1;
   bool leave = true;
   std::string player_file;
+  std::string ticket;
   std::string record_file;
   std::uint64_t record_mb = 1024;
   std::string play_file;
@@ -175,9 +177,15 @@ void Play(const Globals& globals, const ClientOptions& options) {
 void Run(const Globals& globals, const ClientOptions& options) {
   if (!options.play_file.empty()) return Play(globals, options);
   const bool has_file = !options.player_file.empty();
-  auto joined =
-      local::Bot::Join(ControlOf(globals), options.instance, options.name, options.seed,
-                       has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>(), options.predict);
+  std::string ticket;
+  if (!options.ticket.empty()) {
+    const std::vector<std::string> tickets = TicketsFrom(options.ticket);
+    if (tickets.size() > 1) throw local::CommandError("--ticket " + options.ticket + ": has more than one");
+    ticket = tickets.front();
+  }
+  auto joined = local::Bot::Join(ControlOf(globals), options.instance, options.name, options.seed,
+                                 has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>(),
+                                 options.predict, ticket);
   Check("client: ", joined.status());
   local::Bot& bot = **joined;
   if (has_file) WritePlayer(options.player_file, bot.client().return_token());
@@ -201,7 +209,7 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
   auto options = std::make_shared<ClientOptions>();
   CLI::App* client = app.add_subcommand("client", "Join a world as a bot that wanders, and report what it sees");
   CLI::Option* id = client->add_option("id", options->instance, "Id of the instance, as 'instance list' shows it");
-  client->add_option("--name", options->name, "Name of the player")->capture_default_str();
+  CLI::Option* name = client->add_option("--name", options->name, "Name of the player")->capture_default_str();
   client->add_option("--seconds", options->seconds, "End after so many seconds (default: on Ctrl-C)")
       ->check(CLI::NonNegativeNumber)
       ->check(Finite());
@@ -213,8 +221,14 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   client->add_flag("!--stay", options->leave, "Leave the player's body in the world at the end");
-  client->add_option("--player-file", options->player_file,
-                     "Keep in this file who the player is, and come back as the one in it, wherever its body is now");
+  CLI::Option* player_file = client->add_option(
+      "--player-file", options->player_file,
+      "Keep in this file who the player is, and come back as the one in it, wherever its body is now");
+  client
+      ->add_option("--ticket", options->ticket,
+                   "A ticket, or a file with one: who the player is, where an instance takes no guests")
+      ->excludes(name)
+      ->excludes(player_file);
   CLI::Option* record = client->add_option("--record", options->record_file, "Write what it receives into this file");
   client->add_option("--record-mb", options->record_mb, "At most so large, megabytes")
       ->capture_default_str()

@@ -11,6 +11,7 @@
 #include "cli/contexts.h"
 #include "cli/signals.h"
 #include "cli/table.h"
+#include "cli/ticket_argument.h"
 #include "local_cluster/command_error.h"
 #include "local_cluster/swarm.h"
 
@@ -26,6 +27,7 @@ struct SwarmCommand {
   double rate_hz = 30;
   double seconds = 0;
   std::uint64_t seed = 1;
+  std::string ticket;
 };
 
 double LateShare(const local::SwarmReport& report) {
@@ -83,6 +85,17 @@ nlohmann::ordered_json Json(const local::SwarmReport& report) {
           {"end_reason", std::string(report.end_reason.message())}};
 }
 
+// One for each player, or none at all.
+std::vector<std::string> TicketsOf(const SwarmCommand& command) {
+  if (command.ticket.empty()) return {};
+  std::vector<std::string> tickets = TicketsFrom(command.ticket);
+  if (tickets.size() < command.players) {
+    throw local::CommandError(fmt::format("--ticket {}: {} for {} players; each needs one of its own", command.ticket,
+                                          tickets.size(), command.players));
+  }
+  return tickets;
+}
+
 void Run(const Globals& globals, const SwarmCommand& command) {
   StopSignal stop;
   const bool tables = globals.format == Format::kTable || globals.format == Format::kWide;
@@ -91,7 +104,8 @@ void Run(const Globals& globals, const SwarmCommand& command) {
                       .name = command.name,
                       .players = command.players,
                       .rate_hz = command.rate_hz,
-                      .seed = command.seed});
+                      .seed = command.seed,
+                      .tickets = TicketsOf(command)});
   local::SwarmReport before;
   const auto start = client::Clock::now();
   auto next_line = start + 1s;
@@ -139,7 +153,9 @@ void AddSwarmCommand(CLI::App& app, Globals& globals) {
   swarm->add_option("--seed", command->seed, "Seed of the players' ways through the world, from 1")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  swarm->add_option("--name", command->name, "Names of the players begin so")->capture_default_str();
+  CLI::Option* name =
+      swarm->add_option("--name", command->name, "Names of the players begin so")->capture_default_str();
+  swarm->add_option("--ticket", command->ticket, "A file with a ticket a line, one for each player")->excludes(name);
   swarm->callback([&globals, command] { Run(globals, *command); });
 }
 

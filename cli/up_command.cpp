@@ -26,7 +26,7 @@ namespace {
 
 struct UpOptions {
   std::string state_dir;
-  std::string socket, listen, players_listen;
+  std::string socket, listen, players_listen, players_https;
   std::string metrics_listen = "127.0.0.1:7701";
   std::string page_listen = "127.0.0.1:7710";
   std::uint32_t hosts = 1;
@@ -103,6 +103,7 @@ void Up(const Globals& globals, const UpOptions& options) {
       .socket = options.socket.empty() ? trust::DefaultControlSocket() : options.socket,
       .listen = options.listen,
       .players_listen = options.players_listen,
+      .players_https = options.players_https,
       .metrics_listen = options.metrics_listen,
       .hosts = options.hosts,
       .capacity = options.capacity,
@@ -119,6 +120,7 @@ void Up(const Globals& globals, const UpOptions& options) {
                                         {"control", cluster.control_address()},
                                         {"operators", cluster.operators_address()},
                                         {"players", cluster.players_address()},
+                                        {"players_https", cluster.players_https_address()},
                                         {"http", cluster.http_address()},
                                         {"hosts", options.hosts},
                                         {"logs", cluster.log_dir()},
@@ -153,6 +155,9 @@ void AddUpCommand(CLI::App& app, Globals& globals) {
                  "Path of the control plane's socket (default: where commands of this user look for it)");
   up->add_option("--listen", options->listen, "Address for operators and agents elsewhere, by TLS (default: none)");
   up->add_option("--players-listen", options->players_listen, "Address for players elsewhere, by TLS (default: none)");
+  up->add_option(
+      "--players-https", options->players_https,
+      "Address for players and games' backends: HTTPS with JSON, by the cluster's authority (default: none)");
   up->add_option("--metrics-listen", options->metrics_listen,
                  "HTTP address of the control plane: /metrics, /healthz, /sd/prometheus")
       ->capture_default_str();

@@ -67,6 +67,9 @@ struct JoinOptions {
   // a world or record it; a region serves few of them.
   bool watch = false;
   trust::Credentials credentials{};  // for a door that asks for them; players need none
+  // A game's backend's word about who the player is (docs/tickets.md), which is good for one join and says the name.
+  // Then player_name and returning are empty.
+  std::string ticket{};
 };
 
 // Tells whoever gave the grant that the player leaves.

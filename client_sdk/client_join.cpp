@@ -7,8 +7,12 @@ namespace tessera::client {
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options) {
   const trust::ControlPoint control(options.control_address, options.credentials);
-  absl::StatusOr<Session> session = JoinInstance(control, options.instance_id, options.player_name, options.returning,
-                                                 options.watch, options.deadline);
+  absl::StatusOr<Session> session = JoinInstance(control, {.instance_id = options.instance_id,
+                                                           .player_name = options.player_name,
+                                                           .ticket = options.ticket,
+                                                           .returning = options.returning,
+                                                           .watch = options.watch,
+                                                           .deadline = options.deadline});
   if (!session.ok()) return session.status();
   const auto leave = [control, id = options.instance_id](const net::Credentials& credentials,
                                                          std::chrono::milliseconds deadline) {

@@ -115,9 +115,14 @@ absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& sess
 
 }  // namespace
 
-absl::StatusOr<Session> JoinInstance(const trust::ControlPoint& control, const std::string& instance_id,
-                                     const std::string& player_name, std::span<const std::uint8_t> returning,
-                                     bool watch, std::chrono::milliseconds deadline) {
+absl::StatusOr<Session> JoinInstance(const trust::ControlPoint& control, const JoinCall& call) {
+  const auto& [instance_id, player_name, ticket, returning, watch, deadline] = call;
+  if (!ticket.empty() && !player_name.empty()) {
+    return absl::InvalidArgumentError("player_name: the ticket says the name; leave it empty");
+  }
+  if (!ticket.empty() && !returning.empty()) {
+    return absl::InvalidArgumentError("returning: the ticket says who comes back; leave it empty");
+  }
   const Deadline until = std::chrono::system_clock::now() + deadline;
   const std::string& control_address = control.address;
   const auto dialled = DialSessions(control_address, control.credentials);
@@ -129,6 +134,7 @@ absl::StatusOr<Session> JoinInstance(const trust::ControlPoint& control, const s
   request.set_instance_id(instance_id);
   request.set_player_name(player_name);
   request.set_viewer(watch);
+  request.set_ticket(ticket);
   if (!returning.empty()) {
     if (returning.size() <= net::kKeyBytes) return absl::InvalidArgumentError("returning: is no return token");
     const auto key_at = returning.last(net::kKeyBytes);

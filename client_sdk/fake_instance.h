@@ -347,6 +347,7 @@ class FakeInstanceList : public v1::InstanceService::Service {
 class FakeInstance : public v1::SessionService::Service {
  public:
   static constexpr const char* kId = "plaza-1";
+  static constexpr const char* kTicket = "good";  // the only one that it takes
 
   explicit FakeInstance(std::uint32_t count, const std::string& more = "") {
     const auto loaded = LoadScene(
@@ -415,6 +416,9 @@ class FakeInstance : public v1::SessionService::Service {
                             v1::JoinInstanceResponse* response) override {
     if (request->instance_id() != kId) return {grpc::StatusCode::NOT_FOUND, "instance_id: no instance"};
     if (full) return {grpc::StatusCode::RESOURCE_EXHAUSTED, "full: 64 players"};
+    if (!request->ticket().empty() && request->ticket() != kTicket) {
+      return {grpc::StatusCode::UNAUTHENTICATED, "ticket: is not signed by issuer game"};
+    }
     PlayerNumber player;
     net::Generation generation(1);
     if (request->viewer()) {

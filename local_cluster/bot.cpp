@@ -16,15 +16,18 @@ constexpr std::chrono::seconds kRenewTimeout{1}, kRenewInterval{1};
 
 absl::StatusOr<std::unique_ptr<Bot>> Bot::Join(const trust::ControlPoint& control, const std::string& instance_id,
                                                const std::string& name, std::uint64_t seed,
-                                               const std::vector<std::uint8_t>& returning, bool predict) {
+                                               const std::vector<std::uint8_t>& returning, bool predict,
+                                               const std::string& ticket) {
   client::JoinOptions join{.control_address = control.address,
                            .instance_id = instance_id,
-                           .player_name = name,
+                           .player_name = ticket.empty() ? name : "",
                            .returning = returning,
                            .predict = predict,
-                           .credentials = control.credentials};
+                           .credentials = control.credentials,
+                           .ticket = ticket};
   auto client = client::Client::Join(join);
   if (!client.ok()) return client.status();
+  join.ticket.clear();  // good for one join
   return std::unique_ptr<Bot>(new Bot(*std::move(client), std::move(join), seed));
 }
 

@@ -19,11 +19,12 @@ namespace tessera::local {
 
 class Bot {
  public:
-  // Errors: those of Client::Join. `returning`, `predict`: as in client::JoinOptions.
+  // Errors: those of Client::Join. `returning`, `predict`, `ticket`: as in client::JoinOptions; with a ticket `name` is
+  // not sent.
   static absl::StatusOr<std::unique_ptr<Bot>> Join(const trust::ControlPoint& control, const std::string& instance_id,
                                                    const std::string& name, std::uint64_t seed,
                                                    const std::vector<std::uint8_t>& returning = {},
-                                                   bool predict = false);
+                                                   bool predict = false, const std::string& ticket = "");
 
   // Watches a recording; errors: those of Client::Play.
   static absl::StatusOr<std::unique_ptr<Bot>> Play(const std::string& file);

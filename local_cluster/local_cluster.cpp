@@ -105,8 +105,9 @@ void LocalCluster::StartControl() {
                                    state,
                                    "--ready-file",
                                    ready};
-  for (const auto& [option, value] : {std::pair("--socket", options_.socket), std::pair("--listen", options_.listen),
-                                      std::pair("--players-listen", options_.players_listen)}) {
+  for (const auto& [option, value] :
+       {std::pair("--socket", options_.socket), std::pair("--listen", options_.listen),
+        std::pair("--players-listen", options_.players_listen), std::pair("--players-https", options_.players_https)}) {
     if (!value.empty()) argv.insert(argv.end(), {option, value});
   }
   control_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
@@ -114,6 +115,7 @@ void LocalCluster::StartControl() {
   control_address_ = addresses.at("socket").get<std::string>();
   operators_address_ = addresses.at("grpc").get<std::string>();
   players_address_ = addresses.at("players").get<std::string>();
+  players_https_address_ = addresses.at("players_https").get<std::string>();
   http_address_ = addresses.at("http").get<std::string>();
 }
 

@@ -21,10 +21,10 @@
 namespace tessera::local {
 
 struct LocalClusterOptions {
-  std::string state_dir;                         // state and logs; must exist
-  std::string socket = {};                       // the control plane's; empty: in the state folder
-  std::string listen = {}, players_listen = {};  // its doors by TLS; empty: none
-  std::string metrics_listen = "127.0.0.1:0";    // its HTTP
+  std::string state_dir;                                             // state and logs; must exist
+  std::string socket = {};                                           // the control plane's; empty: in the state folder
+  std::string listen = {}, players_listen = {}, players_https = {};  // its doors by TLS; empty: none
+  std::string metrics_listen = "127.0.0.1:0";                        // its HTTP
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
   std::string region_binary = {};   // the worker's program; empty: the one beside the agent
@@ -48,6 +48,7 @@ class LocalCluster {
   const std::string& control_address() const { return control_address_; }      // unix:PATH
   const std::string& operators_address() const { return operators_address_; }  // HOST:PORT; empty: none
   const std::string& players_address() const { return players_address_; }
+  const std::string& players_https_address() const { return players_https_address_; }
   const std::string& http_address() const { return http_address_; }
   const std::string& state_dir() const { return options_.state_dir; }
   const std::string& page_address() const { return page_address_; }  // HOST:PORT; empty without a gateway
@@ -72,8 +73,8 @@ class LocalCluster {
   host::ChildProcess StartAgent(std::uint32_t index);
 
   LocalClusterOptions options_;
-  std::string log_dir_, control_address_, operators_address_, players_address_, http_address_, page_address_, page_key_,
-      gateway_metrics_address_;
+  std::string log_dir_, control_address_, operators_address_, players_address_, players_https_address_, http_address_,
+      page_address_, page_key_, gateway_metrics_address_;
   std::optional<host::ChildProcess> control_;
   std::vector<host::ChildProcess> agents_;
   std::optional<host::ChildProcess> gateway_;

@@ -40,8 +40,9 @@ Swarm::~Swarm() {
 
 void Swarm::JoinAll() {
   for (std::size_t i = 0; i < options_.players && !stop_; ++i) {
-    auto bot = Bot::Join(options_.control, options_.instance_id, absl::StrCat(options_.name, "-", i + 1),
-                         options_.seed + i, {}, /*predict=*/true);
+    auto bot =
+        Bot::Join(options_.control, options_.instance_id, absl::StrCat(options_.name, "-", i + 1), options_.seed + i,
+                  {}, /*predict=*/true, options_.tickets.empty() ? "" : options_.tickets.at(i));
     const std::lock_guard lock(mutex_);
     if (!bot.ok()) {
       join_error_ = bot.status();

@@ -34,8 +34,9 @@ struct SwarmOptions {
   std::string instance_id;
   std::string name = "swarm";  // the players': "swarm-1", "swarm-2", ...
   std::size_t players = 1;
-  double rate_hz = 30;     // polls of a player a second
-  std::uint64_t seed = 1;  // seeds their ways; player i has seed + i
+  double rate_hz = 30;                 // polls of a player a second
+  std::uint64_t seed = 1;              // seeds their ways; player i has seed + i
+  std::vector<std::string> tickets{};  // one for each player; empty: guests
 };
 
 struct SwarmReport {

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <cstddef>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -280,6 +281,44 @@ TEST_F(CApiTest, AnotherProcessComesBackAsTheSamePlayer) {
   EXPECT_NE(other.own_body(), own);
   token.back() ^= 1;
   EXPECT_EQ(join(token, stranger).code, TESSERA_UNAUTHENTICATED);
+}
+
+TEST_F(CApiTest, ATicketSaysWhoJoins) {
+  tessera_join_options options = TESSERA_JOIN_OPTIONS;
+  options.control_address = instance.address.c_str();
+  options.instance_id = FakeInstance::kId;
+  options.bind_address = "127.0.0.1";
+  options.ticket = "forged";
+  tessera_client* joined = nullptr;
+  EXPECT_EQ(tessera_join(&options, &joined), TESSERA_UNAUTHENTICATED);
+  EXPECT_NE(std::string(tessera_last_error()).find("ticket: is not signed"), std::string::npos);
+  options.ticket = FakeInstance::kTicket;
+  options.player_name = "ada";
+  EXPECT_EQ(tessera_join(&options, &joined), TESSERA_INVALID_ARGUMENT);
+  EXPECT_STREQ(tessera_last_error(), "player_name: the ticket says the name; leave it empty");
+  options.player_name = nullptr;
+  const std::uint8_t token[100] = {};
+  options.returning = token;
+  options.returning_size = sizeof token;
+  EXPECT_EQ(tessera_join(&options, &joined), TESSERA_INVALID_ARGUMENT);
+  EXPECT_STREQ(tessera_last_error(), "returning: the ticket says who comes back; leave it empty");
+  EXPECT_EQ(joined, nullptr);
+  ::tessera::Options cpp;
+  cpp.control_address = instance.address;
+  cpp.instance_id = FakeInstance::kId;
+  cpp.bind_address = "127.0.0.1";
+  cpp.ticket = FakeInstance::kTicket;
+  ::tessera::Client good;
+  EXPECT_EQ(good.Join(cpp).code, TESSERA_OK);
+  // In a program that was built before there were tickets, the struct ends sooner.
+  options = TESSERA_JOIN_OPTIONS;
+  options.size = offsetof(tessera_join_options, ticket);
+  options.control_address = instance.address.c_str();
+  options.instance_id = FakeInstance::kId;
+  options.bind_address = "127.0.0.1";
+  options.ticket = "forged";
+  EXPECT_EQ(tessera_join(&options, &joined), TESSERA_OK);
+  tessera_close(joined);
 }
 
 // One token in two processes: the newer one plays on, the older one ends, once, and stays away.

@@ -30,11 +30,13 @@ tessera_code LeaveThrough(void* user, const uint8_t*, size_t, uint32_t deadline_
 void FreeDoor(void* user) { delete static_cast<Door*>(user); }
 
 absl::StatusOr<client::Session> JoinFor(const tessera_join_options& options) {
-  const std::span<const std::uint8_t> returning(options.returning, options.returning_size);
-  return client::JoinInstance(ControlAddress(options.control_address), options.instance_id,
-                              options.player_name == nullptr ? "" : options.player_name, returning,
-                              (options.flags & TESSERA_JOIN_WATCH) != 0,
-                              std::chrono::milliseconds(options.deadline_ms));
+  return client::JoinInstance(ControlAddress(options.control_address),
+                              {.instance_id = options.instance_id,
+                               .player_name = options.player_name == nullptr ? "" : options.player_name,
+                               .ticket = options.ticket == nullptr ? "" : options.ticket,
+                               .returning = {options.returning, options.returning_size},
+                               .watch = (options.flags & TESSERA_JOIN_WATCH) != 0,
+                               .deadline = std::chrono::milliseconds(options.deadline_ms)});
 }
 
 tessera_code JoinThrough(const tessera_join_options& options, tessera_client** out) {

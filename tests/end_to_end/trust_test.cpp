@@ -170,6 +170,36 @@ TEST_F(TrustTest, AHostWhoseClockIs400DaysOffRunsAWorldAsAnyOther) {
 }
 #endif
 
+// Where no guests are taken, a developer's bots show tickets too.
+TEST_F(TrustTest, BotsComeInByTickets) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera({"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies",
+                                              "20", "--regions", "1", "--guests", "off", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  const std::string key = folder_.path() + "/game.key", bots = folder_.path() + "/bots.tickets";
+  ASSERT_EQ(Tessera({"issuer", "create", "game", "--key-out", key}).exit_code, 0);
+  const auto sign = [&](const std::string& player) {
+    return FirstLine(Tessera({"ticket", "sign", "--key", key, "--player", player, "--name", player}));
+  };
+  const auto at_door = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--control", players_ + "#" + fingerprint_});
+    arguments.insert(arguments.end(), {"--seconds", "0.5"});
+    return Tessera(arguments);
+  };
+  const std::string ticket = sign("ada");
+  const support::RunResult ada = at_door({"client", "inst-1", "--ticket", ticket});
+  EXPECT_EQ(ada.exit_code, 0) << ada.err;
+  EXPECT_THAT(at_door({"client", "inst-1", "--ticket", ticket}).err, HasSubstr("ticket: ")) << "good for one join";
+  EXPECT_THAT(at_door({"client", "inst-1"}).err, HasSubstr("a ticket is needed"));
+  EXPECT_THAT(at_door({"client", "inst-1", "--ticket", folder_.path() + "/none"}).err, HasSubstr("no such file"));
+  EXPECT_EQ(at_door({"client", "inst-1", "--ticket", ticket, "--name", "eve"}).exit_code, 2);
+
+  std::ofstream(bots) << sign("bot-1") << "\n" << sign("bot-2") << "\n";
+  EXPECT_THAT(at_door({"swarm", "inst-1", "--players", "3", "--ticket", bots}).err, HasSubstr("2 for 3 players"));
+  const support::RunResult swarm = at_door({"swarm", "inst-1", "--players", "2", "--ticket", bots});
+  EXPECT_EQ(swarm.exit_code, 0) << swarm.err;
+}
+
 TEST_F(TrustTest, AWorldThatIsMadeByTlsTakesNoGuestsAndIssuersAreAnAdministrators) {
   ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
   const support::RunResult running = Tessera(

@@ -31,6 +31,7 @@ constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
 constexpr const char* kNativeGame = "needs a game of the reader's own; end_to_end_native_test has one";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
+constexpr const char* kTickets = "needs tickets for an instance; end_to_end_trust_test has some";
 constexpr const char* kPeers = "builds another engine, whose sources are not here";
 
 constexpr auto kNotRun = std::to_array<NotRun>({
@@ -85,6 +86,9 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"mv /usr/local/lib/tessera/games/", kNativeGame},
     {"tessera --control unix:/var/lib/tessera",
      "needs an installed control plane; end_to_end_trust_test does it with one"},
+    {"tessera up --players-https", "runs until it is stopped; programs_up_test does it"},
+    {"tessera client inst-7 --ticket", kTickets},
+    {"tessera swarm inst-7 --players 20 --ticket", kTickets},
     {"tessera context add", "needs a cluster that is reached by TLS; end_to_end_trust_test has one"},
     {"prometheus --config.file=", "runs until it is stopped; deploy_prometheus_config checks the file"},
     {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
 #include <vector>
@@ -71,6 +72,19 @@ TEST_F(UpTest, TheNextRunBeginsWithTheLastTick) {
   up.Signal(SIGTERM);
   EXPECT_TRUE(up.Wait().Clean());
   EXPECT_THAT(up.Output(), ::testing::Not(HasSubstr("checkpoint of tick " + kept + "\n")));
+}
+
+// Its own hosts join by the socket all the same.
+TEST_F(UpTest, OpensItsDoorsWhereTold) {
+  std::vector<std::string> arguments = Arguments();
+  arguments.insert(arguments.end(), {"--listen", "127.0.0.1:0", "--players-https", "127.0.0.1:0", "-o", "json"});
+  host::WatchedProgram up(arguments);
+  ASSERT_TRUE(up.WaitForText("\"players_https\""));
+  const nlohmann::json said = nlohmann::json::parse(up.Output());
+  EXPECT_THAT(said.at("operators").get<std::string>(), HasSubstr("127.0.0.1:"));
+  EXPECT_THAT(said.at("players_https").get<std::string>(), ContainsRegex("^127\\.0\\.0\\.1:[1-9][0-9]+$"));
+  up.Signal(SIGTERM);
+  EXPECT_TRUE(up.Wait().Clean());
 }
 
 }  // namespace

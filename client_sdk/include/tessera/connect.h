@@ -64,9 +64,13 @@ typedef struct tessera_join_options {
    * TESSERA_ALREADY_EXISTS and does not dial again. NULL, 0: a new player. */
   uint32_t returning_size;
   const uint8_t* returning;
+  /* A ticket that a game's backend signed (docs/tickets.md): it says who the player is and the name, and is good for
+   * one join; a player who is there already comes back. Then player_name is NULL or "", and returning_size 0. NULL: a
+   * guest, where guests are taken. */
+  const char* ticket;
 } tessera_join_options;
 #define TESSERA_JOIN_OPTIONS \
-  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT, 0, NULL }
+  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT, 0, NULL, NULL }
 
 /* Waits for the control plane, then gives a client that is TESSERA_JOINING. A large scene is not there yet: it is read
  * with the first polls. Every client wants tessera_close. */

@@ -57,6 +57,7 @@ inline Error Client::Join(const Options& options) {
   if (options.watch) given.flags |= TESSERA_JOIN_WATCH;
   given.returning = options.returning.data();
   given.returning_size = static_cast<std::uint32_t>(options.returning.size());
+  given.ticket = options.ticket.empty() ? nullptr : options.ticket.c_str();
   tessera_client* joined = nullptr;
   const Error error = Error::Of(tessera_join(&given, &joined));
   client_.reset(joined);

@@ -48,6 +48,7 @@ struct Options {
   bool watch = false;          // join as a viewer: TESSERA_JOIN_WATCH
   // Client::ReturnToken of an earlier client of this player: comes back as the same one. Empty: a new player.
   std::vector<std::uint8_t> returning{};
+  std::string ticket{};  // as in tessera_join_options; empty: a guest
 };
 
 // Options for Client::JoinByGrant.
