@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <thread>
 #include <utility>
 
@@ -52,6 +53,10 @@ void Agent::OnModules(const v1::GameModuleList& list) {
 v1::AgentHeartbeat Agent::Heartbeat() {
   v1::AgentHeartbeat heartbeat;
   heartbeat.set_desired_revision(supervisor_.desired_revision());
+  const auto time = std::chrono::system_clock::now().time_since_epoch();
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  heartbeat.mutable_time()->set_seconds(seconds.count());
+  heartbeat.mutable_time()->set_nanos(static_cast<int>(std::chrono::nanoseconds(time - seconds).count()));
   for (v1::WorkerReport& report : supervisor_.Reports()) *heartbeat.add_workers() = std::move(report);
   metrics_.Heartbeat();
   return heartbeat;

@@ -184,7 +184,16 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
                                    prometheus::MetricType::Gauge,
                                    {}};
   stopped.metric.emplace_back().gauge.value = summary.checkpoints_stopped ? 1 : 0;
-  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing, stopped};
+  prometheus::MetricFamily clocks{"tessera_control_host_clock_ahead_seconds",
+                                  "the host's wall clock against the control plane's; below 0: behind it",
+                                  prometheus::MetricType::Gauge,
+                                  {}};
+  for (const auto& [name, ahead_s] : summary.clocks_ahead_s) {
+    prometheus::ClientMetric& metric = clocks.metric.emplace_back();
+    metric.label.push_back({"host", name});
+    metric.gauge.value = ahead_s;
+  }
+  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing, stopped, clocks};
   AddHealth(summary.health, families);
   return families;
 }

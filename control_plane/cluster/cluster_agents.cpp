@@ -44,7 +44,7 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
   const InstanceEntry* awaits = nullptr;  // the instance whose failover waited for this
   switch (message.kind_case()) {
     case v1::AgentMessage::kHeartbeat:
-      hosts_.NoteHeartbeat(*host, now);
+      hosts_.NoteHeartbeat(*host, message.heartbeat(), now);
       TakeReports(now, *host, message.heartbeat().workers(), message.heartbeat().desired_revision(), touched);
       break;
     case v1::AgentMessage::kReport:

@@ -1,6 +1,9 @@
 // Hosts and their agents' admission.
 #include <gmock/gmock.h>
 
+#include <cstdint>
+#include <limits>
+
 #include "control_plane/testing/cluster_harness.h"
 
 namespace tessera::control {
@@ -135,6 +138,29 @@ TEST(HostTest, ALaterStreamReplacesAnEarlierOne) {
   EXPECT_EQ(harness.cluster().HandleAgentMessage(harness.now, first, agent.fake.Heartbeat()).code(),
             absl::StatusCode::kAborted);
   EXPECT_TRUE(harness.cluster().HandleAgentMessage(harness.now, agent.stream, agent.fake.Heartbeat()).ok());
+}
+
+TEST(HostTest, TellsHowFarItsClockIsOffOurs) {
+  ClusterHarness harness;
+  auto& agent = harness.AddHost("alpha", 4);
+  v1::AgentMessage message = agent.fake.Heartbeat();
+  const auto clocks = [&] {
+    EXPECT_TRUE(harness.cluster().HandleAgentMessage(harness.now, agent.stream, message).ok());
+    return Summarise(harness.cluster().state()).clocks_ahead_s;
+  };
+  EXPECT_TRUE(clocks().empty()) << "an agent of an earlier release says no time";
+  const std::chrono::hours off(400 * 24);
+  *message.mutable_heartbeat()->mutable_time() = ToTimestamp(harness.now.unix_time - off);
+  EXPECT_NEAR(clocks().at("alpha"), -std::chrono::duration<double>(off).count(), 1e-3);
+  *message.mutable_heartbeat()->mutable_time() = ToTimestamp(harness.now.unix_time + off);
+  EXPECT_NEAR(clocks().at("alpha"), std::chrono::duration<double>(off).count(), 1e-3);
+  message.mutable_heartbeat()->mutable_time()->set_seconds(std::numeric_limits<std::int64_t>::max());
+  EXPECT_GT(clocks().at("alpha"), 9e18) << "a lie is as good as any other time";
+  EXPECT_EQ(harness.HostState("alpha"), v1::HOST_STATE_READY) << "nothing else looks at it";
+  harness.cluster().HandleAgentGone(agent.stream);
+  EXPECT_TRUE(Summarise(harness.cluster().state()).clocks_ahead_s.empty());
+  harness.Attach(agent);
+  EXPECT_TRUE(Summarise(harness.cluster().state()).clocks_ahead_s.empty()) << "its clock may have been set meanwhile";
 }
 
 TEST(HostTest, IsLostAfterSilenceAndBackWithTheNextWord) {

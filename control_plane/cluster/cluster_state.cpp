@@ -329,6 +329,7 @@ void ClusterState::FollowPlacements(InstanceEntry& instance) {
 StreamId ClusterState::OpenStream(HostEntry& host, const absl::Status& why) {
   CloseStream(host, why);
   host.stream = ++last_stream_;
+  host.clock_ahead_s.reset();
   streams_[host.stream] = host.number;
   return host.stream;
 }

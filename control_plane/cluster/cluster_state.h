@@ -15,6 +15,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -76,6 +77,7 @@ struct HostEntry {
   bool lost = false;
   Steady last_heard{0};
   std::chrono::nanoseconds last_heartbeat_time{0};  // wall clock; 0: none in this life
+  std::optional<double> clock_ahead_s;  // the host's wall clock against ours, with the heartbeat's way; none: unknown
 
   // Set here, cleared by DesiredSets.
   bool desired_changed = false;

@@ -246,6 +246,14 @@ Steady Hosts::OwnPause(Now now) {
   return paused;
 }
 
+void Hosts::NoteHeartbeat(HostEntry& host, const v1::AgentHeartbeat& heartbeat, Now now) {
+  host.last_heartbeat_time = now.unix_time;
+  if (!heartbeat.has_time()) return;  // an agent of an earlier release
+  // Not as nanoseconds: a host may say any time, and those would overflow.
+  host.clock_ahead_s = static_cast<double>(heartbeat.time().seconds()) + 1e-9 * heartbeat.time().nanos() -
+                       std::chrono::duration<double>(now.unix_time).count();
+}
+
 bool Hosts::Heard(HostEntry& host, Now now) {
   host.last_heard = now.steady;
   if (!host.lost) return false;

@@ -45,7 +45,7 @@ class Hosts {
   Steady OwnPause(Now now);
   // A message came. True: the host was lost until now.
   bool Heard(HostEntry& host, Now now);
-  void NoteHeartbeat(HostEntry& host, Now now) { host.last_heartbeat_time = now.unix_time; }
+  void NoteHeartbeat(HostEntry& host, const v1::AgentHeartbeat& heartbeat, Now now);
   // True: the host has been silent for too long, and is lost from now on.
   bool Lost(HostEntry& host, Now now);
 

@@ -96,7 +96,10 @@ ClusterSummary Summarise(const ClusterState& state) {
   summary.store_failing = !state.store_trouble().empty();
   summary.checkpoints_stopped = !state.checkpoint_trouble().empty();
   summary.failed_writes = state.failed_writes();
-  for (const auto& [number, host] : state.hosts()) ++summary.hosts[StateOf(host)];
+  for (const auto& [number, host] : state.hosts()) {
+    ++summary.hosts[StateOf(host)];
+    if (host.stream != 0 && host.clock_ahead_s) summary.clocks_ahead_s[host.record.name()] = *host.clock_ahead_s;
+  }
   for (const auto& numbered : state.instances()) {
     const InstanceEntry& instance = numbered.second;
     ++summary.instances[StateOf(instance)];

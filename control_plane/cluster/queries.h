@@ -54,6 +54,7 @@ struct InstanceHealth {
 struct ClusterSummary {
   std::map<v1::HostState, int> hosts;
   std::map<v1::InstanceState, int> instances;
+  std::map<std::string, double> clocks_ahead_s;  // by name of a host that is attached: its wall clock against ours
   std::vector<InstanceHealth> health;
   bool store_failing = false;        // the last write failed
   bool checkpoints_stopped = false;  // there is no room for them

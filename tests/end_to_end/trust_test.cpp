@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
@@ -21,6 +23,7 @@
 #include "host/last_lines.h"
 #include "host/temporary_folder.h"
 #include "local_cluster/bot.h"
+#include "telemetry/http_get.h"
 #include "tests/end_to_end/gateway_fixture.h"
 #include "tests/support/run_program.h"
 
@@ -66,6 +69,7 @@ class TrustTest : public ::testing::Test {
     socket_ = addresses.at("socket");
     operators_ = addresses.at("grpc");
     players_ = addresses.at("players");
+    http_ = addresses.at("http");
   }
   // An agent that joins by TLS, or has joined: until it is admitted, or has ended.
   bool StartAgent(const std::string& token) {
@@ -108,6 +112,17 @@ class TrustTest : public ::testing::Test {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return result.out.substr(0, result.out.find('\n'));
   }
+  // The control plane's metrics say how far the clock of host "alpha" is ahead, once it has sent a heartbeat.
+  double SecondsAhead() const {
+    const std::string name = "tessera_control_host_clock_ahead_seconds{host=\"alpha\"} ";
+    const auto patience_ends = std::chrono::steady_clock::now() + kPatience;
+    while (std::chrono::steady_clock::now() < patience_ends) {
+      const auto page = telemetry::HttpGet(http_, "/metrics");
+      const std::size_t at = page.ok() ? page->body.find(name) : std::string::npos;
+      if (at != std::string::npos) return std::stod(page->body.substr(at + name.size()));
+    }
+    return std::nan("");
+  }
   std::string ControlLog() const { return folder_.path() + "/control.log"; }
   std::string AgentLog() const { return folder_.path() + "/agent.log"; }
   std::string Everything() const {
@@ -116,7 +131,7 @@ class TrustTest : public ::testing::Test {
 
   const host::TemporaryFolder folder_;
   std::optional<host::ChildProcess> control_, agent_;
-  std::string socket_, operators_, players_, fingerprint_;
+  std::string socket_, operators_, players_, http_, fingerprint_;
 };
 
 TEST_F(TrustTest, AWorldRunsOnAHostThatJoinedByTlsAndPlayersComeIn) {
@@ -161,6 +176,7 @@ TEST_F(TrustTest, AHostWhoseClockIs400DaysOffRunsAWorldAsAnyOther) {
     const auto bot = local::Bot::Join(players_ + "#" + fingerprint_, id, "ada", 7);
     ASSERT_TRUE(bot.ok()) << bot.status();
     EXPECT_TRUE((*bot)->client().Leave(std::chrono::seconds(10)).ok());
+    EXPECT_NEAR(SecondsAhead(), std::stod(shift_s), 60) << "it is measured, and no more";
     EXPECT_EQ(Tessera({"instance", "delete", id, "--wait"}).exit_code, 0);
     agent_->End(kPatience);
   }
