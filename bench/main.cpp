@@ -20,6 +20,7 @@
 #include "bench/speed.h"
 #include "bench/stability.h"
 #include "bench/suite.h"
+#include "bench/trust.h"
 
 namespace tessera::bench {
 namespace {
@@ -62,6 +63,10 @@ constexpr Suite kSuites[] = {
      "What it costs to show a world to people: gateway, viewers, page and swarm. About 20 minutes; --only takes ready, "
      "viewers, slow, gap, swarm or page",
      RunPeople},
+    {"trust",
+     "What attackers get, and what they cost: doors of the control plane, floods at a region, an eviction, much coming "
+     "and going. --only takes attacks, create, ticks, evict or churn",
+     RunTrust},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},
 };
