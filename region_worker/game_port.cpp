@@ -52,7 +52,7 @@ ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
       case net::Event::Kind::kDisconnected:
         pending_.erase(event.peer);
         if (const auto gone = clients_.find(event.peer); gone != clients_.end()) {
-          if (const auto left_out = departures_.Take(Clock::now())) {
+          if (const auto left_out = departures_.Take(Clock::now()); left_out && !quiet()) {
             spdlog::info("client gone player={} more={}", gone->second.player.value(), *left_out);
           }
           clients_.erase(gone);
@@ -220,13 +220,13 @@ void GamePort::Welcome(net::PeerHandle peer, const PendingClient& pending, Tick 
   *welcome.mutable_endpoints() = rules_->map.endpoints();
   if (clock_) *welcome.mutable_clock() = *clock_;
   Send(peer, message);
-  if (const auto left_out = welcomes_.Take(Clock::now())) {
+  if (const auto left_out = welcomes_.Take(Clock::now()); left_out && !quiet()) {
     spdlog::info("client welcome player={} from={} more={}", player.value(), endpoint_->AddressOf(peer), *left_out);
   }
 }
 
 void GamePort::Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail) {
-  if (const auto left_out = refusals_[reason].Take(Clock::now())) {
+  if (const auto left_out = refusals_[reason].Take(Clock::now()); left_out && !quiet()) {
     spdlog::warn("client refused from={} reason={} detail={} more={}", endpoint_->AddressOf(peer),
                  v1::RefusalReason_Name(reason), telemetry::LogValue(detail), *left_out);
   }
@@ -245,7 +245,7 @@ void GamePort::DropSilent(TimePoint now) {
       ++it;
       continue;
     }
-    spdlog::warn("client dropped player={} reason=silent", client.player.value());
+    if (!quiet()) spdlog::warn("client dropped player={} reason=silent", client.player.value());
     endpoint_->Disconnect(it->first);
     it = clients_.erase(it);
   }

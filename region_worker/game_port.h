@@ -45,6 +45,7 @@ struct GameRules {
   net::EndpointIdentity self;
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
   v1::RegionMap map;
+  bool quiet = false;  // no line about who comes and goes: the process is a game's
 };
 
 // A client that was welcomed.
@@ -150,6 +151,7 @@ class GamePort {
     TimePoint until{};
   };
 
+  bool quiet() const { return rules_ && rules_->quiet; }
   // It is told why, and its credential opens nothing for a while.
   void OnFlood(net::PeerHandle peer);
   void OnDatagram(const net::Event& event, TimePoint now, Tick tick, ReceivedFromClients& received);

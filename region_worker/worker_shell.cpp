@@ -67,8 +67,10 @@ int WorkerShell::Run() {
     const bool steps = core_->Advance(now);
     CarryOut();
     if (steps) Step(now);
-    GreetInPause();
-    if (const RegionRun* run = core_->run()) figures_.SendIfDue(run->region(), *game_, Clock::now());
+    if (const RegionRun* run = core_->run()) {
+      clients_->GreetInPause(*run);
+      figures_.SendIfDue(run->region(), clients_->port(), Clock::now());
+    }
     PrintStatus(Clock::now());
     Wait(steps);
   }
@@ -94,7 +96,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   if (!links.ok()) return PortError(links.status(), "link port");
   auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry());
   if (!server.ok()) return PortError(server.status(), "metrics port");
-  game_.emplace(*std::move(game), metrics_);
+  clients_.emplace(*std::move(game), metrics_);
   links_.emplace(*std::move(links), metrics_);
   metrics_server_ = *std::move(server);
 
@@ -106,7 +108,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   setup.address.set_region(options_.identity.region.value());
   setup.address.set_incarnation(options_.identity.incarnation.value());
   setup.address.set_host(options_.advertise_address);
-  setup.address.set_game_port(game_->port());
+  setup.address.set_game_port(clients_->port().port());
   setup.address.set_link_port(links_->port());
   setup.address.set_metrics_port(metrics_server_->port());
   setup.key = key_.verification_key();
@@ -114,7 +116,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   core_.emplace(std::move(setup));
   spdlog::info("listening instance={} region={} at={} game={} links={} metrics={}",
                telemetry::LogValue(options_.identity.instance_id), options_.identity.region.value(),
-               options_.bind_address, game_->port(), links_->port(), metrics_server_->address());
+               options_.bind_address, clients_->port().port(), links_->port(), metrics_server_->address());
   return absl::OkStatus();
 }
 
@@ -148,62 +150,8 @@ void WorkerShell::ServiceNetwork() {
                                                  core_->Receive(from, message, begin);
                                                  CarryOut();
                                                }});
-  const Tick tick = run != nullptr ? run->region().tick() : Tick();
-  const bool started = run != nullptr && run->ticks().running();
-  const ReceivedFromClients from_clients = game_->Service(begin, tick, started);
-  for (const auto& [from, bytes] : from_clients.acknowledgements) snapshots_->Acknowledge(from, bytes);
-  for (const PlayerInput& input : from_clients.inputs) TakeInput(input, begin);
-  for (const auto& command : from_clients.commands) TakeCommand(command, begin);
-  for (const auto& [player, event] : from_clients.event_acknowledgements) core_->AcknowledgeEvents(player, event);
-  core_->SetConnected(game_->players());
-  ServeScene(from_clients, begin);
-  if (run != nullptr && (from_links || from_clients.any)) meter_.AddReceiveTime(Clock::now() - begin);
-}
-
-void WorkerShell::TakeInput(const PlayerInput& input, TimePoint now) {
-  const absl::Status status = core_->TakeInput(input);
-  switch (status.code()) {
-    case absl::StatusCode::kOk:
-      return metrics_.inputs_applied.Increment();
-    case absl::StatusCode::kAlreadyExists:
-      return;  // a copy, sent in case the first was lost
-    case absl::StatusCode::kOutOfRange:
-      return metrics_.inputs_late.Increment();
-    case absl::StatusCode::kNotFound:
-      // The body is being handed over, to or from here: not the player's fault, and a copy may find it here.
-      return metrics_.inputs_not_owner.Increment();
-    default:
-      metrics_.inputs_refused.Increment();
-      game_->ReportRefused(input, status.message(), now);
-  }
-}
-
-void WorkerShell::TakeCommand(const ReceivedFromClients::Command& command, TimePoint now) {
-  const absl::Status status =
-      core_->TakeCommand(command.player, {command.base, command.number, command.bytes, command.shown_at});
-  switch (status.code()) {
-    case absl::StatusCode::kOk:
-      return metrics_.commands_taken.Increment();
-    case absl::StatusCode::kAlreadyExists:
-    case absl::StatusCode::kNotFound:
-    case absl::StatusCode::kOutOfRange:
-      return;  // a copy, or one that comes again
-    default:
-      metrics_.commands_refused.Increment();
-      game_->ReportRefused(command.player, command.number, status.message(), !absl::IsResourceExhausted(status), now);
-  }
-}
-
-void WorkerShell::ServeScene(const ReceivedFromClients& from_clients, TimePoint now) {
-  if (!scene_desk_) return;
-  scene_desk_->Retain([this](net::PeerHandle peer) { return game_->clients().contains(peer); });
-  for (const auto& [peer, request] : from_clients.scene_requests) scene_desk_->Take(peer, request);
-  const std::uint64_t before = scene_desk_->sent_bytes();
-  (void)scene_desk_->Serve(
-      now, [this](net::PeerHandle peer, std::span<const std::uint8_t> message) { game_->SendScene(peer, message); });
-  if (scene_desk_->sent_bytes() == before) return;
-  metrics_.scene_bytes.Increment(static_cast<double>(scene_desk_->sent_bytes() - before));
-  game_->Flush();
+  const bool from_clients = clients_->Service(*core_, begin);
+  if (run != nullptr && (from_links || from_clients)) meter_.AddReceiveTime(Clock::now() - begin);
 }
 
 void WorkerShell::Step(TimePoint now) {
@@ -215,14 +163,6 @@ void WorkerShell::Step(TimePoint now) {
   core_->StepEnded(end, meter_.End(end));
   CarryOut();
   metrics_.Show(*core_->run(), core_->links());
-}
-
-// No tick shows the world to who comes while it is paused.
-void WorkerShell::GreetInPause() {
-  const RegionRun* run = core_->run();
-  if (run == nullptr || !snapshots_ || !run->clock().paused() || !run->ticks().running()) return;
-  snapshots_->ShowStanding(run->region(), run->places(), *game_);
-  pairs_->AfterTick(run->region(), {}, run->places(), *game_);
 }
 
 // An agent's reports say the same.
@@ -241,7 +181,8 @@ void WorkerShell::PrintStatus(TimePoint now) {
       "links={} clients={}",
       phase.substr(std::string_view("WORKER_PHASE_").size()), region.tick().value(), run->statistics().rate_hz(now),
       step.p50_s * 1e3, step.p99_s * 1e3, counts.late_ticks, region.owned().size(), region.ghost_count(),
-      region.asleep_count(), counts.handovers_in, counts.handovers_out, links_->linked(), game_->clients().size());
+      region.asleep_count(), counts.handovers_in, counts.handovers_out, links_->linked(),
+      clients_->port().clients().size());
 }
 
 void WorkerShell::Wait(bool stepped) {
@@ -254,7 +195,7 @@ void WorkerShell::Wait(bool stepped) {
   }
   std::array<pollfd, 4> fds = {{{.fd = signals_.fd(), .events = POLLIN, .revents = 0},
                                 {.fd = links_->socket(), .events = POLLIN, .revents = 0},
-                                {.fd = game_->socket(), .events = POLLIN, .revents = 0},
+                                {.fd = clients_->port().socket(), .events = POLLIN, .revents = 0},
                                 {.fd = agent_ ? agent_->wake_fd() : -1, .events = POLLIN, .revents = 0}}};
   WaitReadable(fds, now, deadline);
   if ((fds[0].revents & POLLIN) == 0) return;
@@ -297,7 +238,6 @@ void WorkerShell::Do(WriteCheckpoint& action) {
 }
 
 void WorkerShell::Do(const OpenPorts& action) {
-  const Scene& scene = *core_->scene();
   const net::EndpointIdentity self{.instance_id = options_.identity.instance_id,
                                    .region = options_.identity.region,
                                    .incarnation = options_.identity.incarnation,
@@ -305,42 +245,18 @@ void WorkerShell::Do(const OpenPorts& action) {
                                    .certificate = action.certified.certificate,
                                    .key = key_};
   links_->Open({self, action.rules});
-  game_->Open(
-      {.self = self,
-       .tick_rate_hz = scene.tick_rate_hz,
-       .snapshot_rate_hz = action.snapshot_rate_hz,
-       .map = action.map},
-      [this](PlayerNumber player, net::Generation generation) { return core_->Admit(player, generation); },
-      [this](PlayerNumber player) { return core_->EndedBecause(player); });
-  snapshots_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SnapshotSettingsFor(scene),
-                     metrics_);
-  pairs_.emplace(scene.view.radius_m);
-  scene_desk_.emplace(core_->scene(), scene_hash_);
+  clients_->Open(action, self, *core_, scene_hash_);
   metrics_.Show(*core_->run(), core_->links());
 }
 
-void WorkerShell::Do(const PublishMap& action) { game_->SetMap(action.map); }
-void WorkerShell::Do(const PublishStart& action) { game_->SendStarted(action.tick); }
+void WorkerShell::Do(const PublishMap& action) { clients_->port().SetMap(action.map); }
+void WorkerShell::Do(const PublishStart& action) { clients_->port().SendStarted(action.tick); }
+void WorkerShell::Do(const PublishClock& action) { clients_->Publish(action); }
+void WorkerShell::Do(const PublishStep& action) { clients_->Publish(action, *core_->run()); }
 
-void WorkerShell::Do(const PublishClock& action) {
-  v1::WorldClock clock;
-  clock.set_paused(action.clock.paused);
-  clock.set_ticks_per_second(action.clock.ticks_per_second);
-  clock.set_tick(action.tick.value());
-  game_->SetClock(clock);
-}
+void WorkerShell::Do(const ExpelPlayer& action) { clients_->port().Expel(action.player, action.ended_because); }
 
-void WorkerShell::Do(const PublishStep& action) {
-  const RegionRun& run = *core_->run();
-  snapshots_->AfterTick(run.region(), action.result.departures, run.places(), *game_);
-  pairs_->AfterTick(run.region(), action.result.events, run.places(), *game_);
-  news_.AfterTick(run.region(), *game_);
-  world_news_.AfterTick(run.region(), *game_);
-}
-
-void WorkerShell::Do(const ExpelPlayer& action) { game_->Expel(action.player, action.ended_because); }
-
-void WorkerShell::Do(const ReplacePlayer& action) { game_->Replace(action.player, action.generation); }
+void WorkerShell::Do(const ReplacePlayer& action) { clients_->port().Replace(action.player, action.generation); }
 
 void WorkerShell::Do(SendReport& action) {
   if (const RegionRun* run = core_->run()) {
@@ -378,14 +294,15 @@ void WorkerShell::Do(const PrintFailure& action) { PrintError(action.reason); }
 void WorkerShell::SayFarewell() {
   (void)core_->Advance(Clock::now());  // the last report
   CarryOut();
-  game_->Close(core_->stop_reason(), core_->goes_on());
+  clients_->port().Close(core_->stop_reason(), core_->goes_on());
   links_->Close();
   const TimePoint until = Clock::now() + kFarewell;
-  for (TimePoint now = Clock::now(); now < until && (game_->draining() || links_->draining()); now = Clock::now()) {
-    (void)game_->Service(now, Tick(), false);
+  for (TimePoint now = Clock::now(); now < until && (clients_->port().draining() || links_->draining());
+       now = Clock::now()) {
+    (void)clients_->port().Service(now, Tick(), false);
     (void)links_->Service(now, core_->links(), MapVersion(), {});
     std::array<pollfd, 2> fds = {{{.fd = links_->socket(), .events = POLLIN, .revents = 0},
-                                  {.fd = game_->socket(), .events = POLLIN, .revents = 0}}};
+                                  {.fd = clients_->port().socket(), .events = POLLIN, .revents = 0}}};
     WaitReadable(fds, now, std::min(until, now + std::chrono::milliseconds(5)));
   }
   if (agent_ != nullptr) agent_->Close(kAgentFarewell);

@@ -17,14 +17,10 @@
 #include "absl/status/status.h"
 #include "region_worker/agent_link.h"
 #include "region_worker/checkpoint_writer.h"
+#include "region_worker/client_side.h"
 #include "region_worker/core/worker_core.h"
 #include "region_worker/figures_feed.h"
-#include "region_worker/game_port.h"
-#include "region_worker/pair_broadcast.h"
-#include "region_worker/player_news.h"
 #include "region_worker/region_links.h"
-#include "region_worker/scene_desk.h"
-#include "region_worker/snapshot_broadcast.h"
 #include "region_worker/standalone.h"
 #include "region_worker/tick_meter.h"
 #include "region_worker/wait.h"
@@ -49,11 +45,7 @@ class WorkerShell {
   // One round of the loop.
   void TakeFromAgent(TimePoint now);
   void ServiceNetwork();
-  void TakeInput(const PlayerInput& input, TimePoint now);
-  void TakeCommand(const ReceivedFromClients::Command& command, TimePoint now);
-  void ServeScene(const ReceivedFromClients& from_clients, TimePoint now);
   void Step(TimePoint now);
-  void GreetInPause();
   void PrintStatus(TimePoint now);
   void Wait(bool stepped);
 
@@ -89,15 +81,10 @@ class WorkerShell {
   WorkerMetrics metrics_;
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;
   std::optional<RegionLinks> links_;
-  std::optional<GamePort> game_;
-  std::unique_ptr<AgentLink> agent_;            // null when standalone
-  std::optional<WorkerCore> core_;              // once the ports are bound
-  std::optional<SnapshotBroadcast> snapshots_;  // once the world is built
-  std::optional<PairBroadcast> pairs_;          // likewise
-  std::optional<SceneDesk> scene_desk_;         // likewise
-  std::string scene_hash_;                      // that the order gave; empty when standalone
-  PlayerNewsFeed news_{metrics_};
-  WorldNewsFeed world_news_;
+  std::optional<ClientSide> clients_;
+  std::unique_ptr<AgentLink> agent_;  // null when standalone
+  std::optional<WorkerCore> core_;    // once the ports are bound
+  std::string scene_hash_;            // that the order gave; empty when standalone
   FiguresFeed figures_{metrics_};
   TickMeter meter_{metrics_};
   CheckpointWriter checkpoint_writer_;

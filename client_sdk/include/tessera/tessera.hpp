@@ -59,6 +59,8 @@ struct GrantOptions {
   bool predict = true;            // show the own body as the inputs already made will have it
 };
 
+class LocalWorld;  // <tessera/local.hpp>
+
 struct Event {
   tessera_event_kind kind = TESSERA_EVENT_ENDED;
   std::uint64_t body = 0;
@@ -155,6 +157,8 @@ class Client {
   Error Renew(const std::vector<std::uint8_t>& grant) { return Renew(grant.data(), grant.size()); }
   // Through a control plane: in <tessera/connect.hpp>, and libtessera-connect.
   Error Join(const Options& options);
+  // Into a world in this process: in <tessera/local.hpp>, and libtessera-connect.
+  Error JoinLocal(LocalWorld& world, const GrantOptions& options = {});
   Error Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000)) {
     return Error::Of(tessera_leave(get(), static_cast<std::uint32_t>(deadline.count())));
   }
