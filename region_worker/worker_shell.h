@@ -26,7 +26,6 @@
 #include "region_worker/wait.h"
 #include "region_worker/worker_metrics.h"
 #include "region_worker/worker_options.h"
-#include "region_worker/world_news.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::worker {
