@@ -96,6 +96,72 @@ absl::Status MassRatios(Stage& stage) {
   return absl::OkStatus();
 }
 
+// Far more than substeps alone hold, standing straight and under a pull that leans by a degree.
+absl::Status Loads(Stage& stage) {
+  constexpr double kDegree_rad = 0.017453292519943295;
+  for (const double ratio : {1500.0, 3000.0, 10000.0}) {
+    double lowest = 1;
+    for (const double size : {0.2, 1.0}) {
+      for (const int n : {5, 10, 20}) {
+        for (const double lean : {0.0, kDegree_rad}) {
+          if (stage.quick() && (n != 10 || ratio != 3000)) continue;
+          const Scene scene = scenes::HeavyLoadStack({.n = n, .size_m = size, .ratio = ratio, .lean_rad = lean});
+          const absl::StatusOr<StackFigures> figures = Stand(stage, scene, size / 2, stage.quick() ? 10 : 60);
+          if (!figures.ok()) return figures.status();
+          const std::string config =
+              fmt::format("ratio={:g} n={} size={:g} lean={:d}", ratio, n, size, static_cast<int>(lean > 0));
+          NoteStack(stage, "load", config, *figures, "load_height_ratio");
+          lowest = std::min(lowest, figures->height_ratio);
+        }
+      }
+    }
+    if (!stage.quick() || ratio == 3000) {
+      stage.Note("load", fmt::format("ratio={:g}", ratio), "load_height_ratio", lowest);
+    }
+  }
+  return absl::OkStatus();
+}
+
+// A body that was squeezed out, and came past the end of the wall, is not behind it.
+bool BehindWall(const Run& run, BodyId body) {
+  const Vec3d position = run.StateOf(body).position;
+  return !(position.x < 0 || std::abs(position.z) > 2 || position.y > 4);
+}
+
+// A body that a heavy one presses against a thin wall stays on its side of it, and so does the heavy one.
+absl::Status Presses(Stage& stage) {
+  for (const double newtons : {500.0, 3000.0, 20000.0}) {
+    for (const double heavy : {10.0, 100.0}) {
+      double through = 0, deepest = 0, cpu_us = 0;
+      int runs = 0;
+      for (const bool ball : {false, true}) {
+        for (const double gap : {0.0, 0.1}) {
+          const Scene scene = scenes::PressAgainstWall({.heavy_kg = heavy, .gap_m = gap, .ball = ball});
+          absl::StatusOr<Run> run = stage.Start(scene);
+          if (!run.ok()) return run.status();
+          run->Push(scenes::kPresser, {static_cast<float>(newtons), 0, 0});
+          const Yardstick yardstick(scene);
+          bool inside = true;
+          for (int tick = 0; tick < (stage.quick() ? 150 : 600); ++tick) {
+            run->Tick();
+            inside = inside && !BehindWall(*run, scenes::kPressed) && !BehindWall(*run, scenes::kPresser);
+            if (tick % 15 != 0) continue;
+            deepest = std::max(deepest, yardstick.Measure(StatesOf(run->engine(), scene)).deepest_m);
+          }
+          through += inside ? 0 : 1;
+          cpu_us += run->cpu_us_per_tick();
+          ++runs;
+        }
+      }
+      const std::string config = fmt::format("newtons={:g} heavy={:g}", newtons, heavy);
+      stage.Note("press", config, "pressed_through", through / runs);
+      stage.Note("press", config, "deepest_m", deepest, "m");
+      stage.Cost("press", config, cpu_us / runs);
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::Status MassRatioPyramids(Stage& stage) {
   for (const double density : {100.0, 200.0, 300.0}) {
     const Scene scene = scenes::MassRatioPyramid(10, density);
@@ -166,6 +232,8 @@ absl::Status Creep(Stage& stage) {
 std::vector<Check> StackChecks() {
   return {{"tower", Towers, true},
           {"mass_ratio", MassRatios, true},
+          {"load", Loads},
+          {"press", Presses},
           {"mass_ratio_pyramid", MassRatioPyramids, true},
           {"shapes", OtherShapes, true},
           {"creep", Creep}};

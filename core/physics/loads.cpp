@@ -36,6 +36,7 @@ double ScaleOf(double inner_radius_m, double pull) {
 void Loads::Run(const LoadInput& in) {
   plans_.assign(in.islands.count(), {});
   propagated_.assign(in.awake.size(), 0);
+  bearing_.clear();
   if (!in.contacts.empty() || !in.joints.empty()) {
     pull_ = PullOf(gravity_m_s2_, in.dt_s);
     sums_.assign(in.islands.count(), {});
@@ -46,6 +47,7 @@ void Loads::Run(const LoadInput& in) {
     WeighJoints(in);
     PropagateLoads(in);
     SmoothLoads();
+    if (heavy_ && fixed_substeps_ == 0) FindDirect(in);
     ChooseSubsteps();
   }
   Remember(in);
@@ -175,6 +177,7 @@ void Loads::PropagateLoads(const LoadInput& in) {
 // step, and as many substeps with it, and piles that differ by a hair would fall apart by the substeps that they got.
 // Where part of an island is outside the world, all of it gets what the part with the larger load does.
 void Loads::SmoothLoads() {
+  heavy_ = false;
   for (std::size_t i = 0; i < plans_.size(); ++i) {
     if (!plans_[i].solved) continue;
     Sums& sums = sums_[i];
@@ -182,8 +185,66 @@ void Loads::SmoothLoads() {
     if (sums.load_before >= 0) load = sums.load_before + (load - sums.load_before) / kLoadSteps;
     if (!(load <= kMostIslandLoad)) load = kMostIslandLoad;
     plans_[i].load = load;
+    heavy_ |= load >= kDirectLoad;
     load = std::max(load, sums.load_outside);
   }
+}
+
+// Islands that carry more than any number of substeps holds, and are whole: with no joint, and no part outside the
+// world. While something comes down on them they are left to their substeps: rigid contacts pass a blow on undamped.
+void Loads::FindDirect(const LoadInput& in) {
+  bool any = false;
+  for (std::size_t i = 0; i < plans_.size(); ++i) {
+    const Sums& sums = sums_[i];
+    plans_[i].direct = plans_[i].load >= kDirectLoad && sums.demand.joints == 0 && sums.load_outside <= 0 &&
+                       sums.demand.impact_m_s < kCalm_m_s;
+    any |= plans_[i].direct;
+  }
+  if (!any) return;
+  for (std::uint32_t i = 0; i < in.awake.size(); ++i) {
+    if (weights_[i].externally_supported) plans_[in.islands.IndexOf(i)].direct = false;
+  }
+  MarkBearing(in);
+}
+
+// All contacts of a small island, of others those that bear much. An island where these are too many is left to its
+// substeps.
+void Loads::MarkBearing(const LoadInput& in) {
+  bearing_.assign(in.contacts.size(), 0);
+  bearing_of_.assign(plans_.size(), 0);
+  std::vector<float> others(plans_.size(), 0);  // by island: largest load of those that are not solved together
+  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
+    const ActiveContact& contact = in.contacts[i];
+    const std::uint32_t island = in.islands.IndexOf(contact.one());
+    if (!contact.responds || !plans_[island].direct) continue;
+    const float load = LoadOf(in, contact);
+    if (sums_[island].demand.contacts <= kMostBearing || load >= kBearsToo) {
+      bearing_[i] = 1;
+      bearing_of_[island] += static_cast<int>(contact.count);
+    } else if (contact.live) {
+      others[island] = std::max(others[island], load);
+    }
+  }
+  for (std::size_t i = 0; i < plans_.size(); ++i) {
+    if (!plans_[i].direct) continue;
+    plans_[i].direct = bearing_of_[i] <= kMostBearing;
+    if (plans_[i].direct) sums_[i].demand.load_ratio = others[i];
+  }
+  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
+    if (!plans_[in.islands.IndexOf(in.contacts[i].one())].direct) bearing_[i] = 0;
+  }
+}
+
+// The larger of what a contact bore in the last step and of what the upper of its two presses with, by what stands on
+// it; scaled as all loads are.
+float Loads::LoadOf(const LoadInput& in, const ActiveContact& contact) const {
+  double lighter = weights_[contact.one()].connected_kg;
+  if (contact.both()) lighter = std::min(weights_[contact.low].connected_kg, weights_[contact.high].connected_kg);
+  const float weight = static_cast<float>(lighter) * pull_.single_g_m_s2 * static_cast<float>(in.dt_s);
+  const double scale = ScaleOf(contact.inner_m, pull_.single_share);
+  const float measured = weight > 0 ? static_cast<float>(scale) * contact.load_ns / weight : 0;
+  const std::uint32_t upper = Dot(contact.normal, Vec3f(pull_.up)) > 0 ? contact.high : contact.low;
+  return std::max(measured, upper == kAsleep ? 0 : propagated_[upper]);
 }
 
 // Gives each island as many substeps as it needs, all together within a budget of work.
@@ -200,6 +261,9 @@ void Loads::ChooseSubsteps() {
     const auto pull = static_cast<float>(sums_[i].mass_kg / sums_[i].lightest_kg);
     if (demand.joints > 0) demand.mass_ratio = std::max(demand.mass_ratio, std::min(pull, kMostPull));
     works_.push_back({demand.contacts, demand.joints, SubstepsFor(demand)});
+    if (!plans_[i].direct) continue;
+    works_.back().substeps = std::max(works_.back().substeps, kDirectSubsteps);
+    works_.back().contacts += kDirectWork * bearing_of_[i];
   }
   if (fixed_substeps_ > 0) return;
   KeepBudget(works_, kWorkBudget);

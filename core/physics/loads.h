@@ -32,6 +32,7 @@ struct IslandPlan {
   int level = 0;           // Islands of one level have the same number of substeps.
   int substeps = 0;
   float load = kUnknownLoad;  // load ratio that it counts with, without what is outside the world
+  bool direct = false;        // contacts that bear the load are solved together
 };
 
 struct LoadInput {
@@ -53,6 +54,8 @@ class Loads {
   void Run(const LoadInput& in);
 
   std::span<const IslandPlan> plans() const { return plans_; }  // by island
+  // By contact, 1 where it bears so much that it is solved together with others; empty if none does.
+  std::span<const std::uint8_t> bearing() const { return bearing_; }
 
   // For assertions; linear in islands.
   bool Validate() const;
@@ -93,6 +96,9 @@ class Loads {
   void NoteSupport(const LoadInput& in, const ActiveContact& contact);
   void PropagateLoads(const LoadInput& in);
   void SmoothLoads();
+  void FindDirect(const LoadInput& in);
+  void MarkBearing(const LoadInput& in);
+  float LoadOf(const LoadInput& in, const ActiveContact& contact) const;
   void ChooseSubsteps();
   void Remember(const LoadInput& in) const;
 
@@ -107,7 +113,10 @@ class Loads {
   std::vector<double> group_kg_;     // by jointed group
   std::vector<Support> supports_;    // in loaded islands
   std::vector<float> propagated_;    // by awake_index
-  std::vector<IslandWork> works_;    // by solved island
+  bool heavy_ = false;               // some island is
+  std::vector<std::uint8_t> bearing_;
+  std::vector<int> bearing_of_;    // by island: manifolds that are solved together, where some are
+  std::vector<IslandWork> works_;  // by solved island
   LoadPropagation propagation_;
 };
 

@@ -66,7 +66,7 @@ bool TurnsItsInertia(const RigidBody& body, Vec3f spin, float dt_s) {
 
 void SolveBatches::Fill(const SolveInput& in, ThreadTeam& team) {
   for (IslandBatch& batch : batches_) {
-    batch.unanchored = false;
+    batch.unanchored = batch.bears = false;
     batch.sources.clear();
     batch.contacts.clear();
     batch.joints.clear();
@@ -97,6 +97,7 @@ void SolveBatches::FillBodies(const SolveInput& in, ThreadTeam& team) {
 
 // A sleeping body that nothing awake comes upon stands as firm as a static one.
 void SolveBatches::FillContacts(const SolveInput& in) {
+  const bool some_bear = !in.bearing.empty();
   const auto place = [this](std::uint32_t body) { return body != kAsleep ? place_[body] : kStatic; };
   for (ActiveContact& contact : in.contacts) {
     if (!contact.responds) continue;
@@ -109,9 +110,11 @@ void SolveBatches::FillContacts(const SolveInput& in) {
       const bool low_drives = contact.pair->low->moving();
       (low_drives ? low : high) = AddDriven(low_drives ? *contact.pair->low : *contact.pair->high, batch);
     }
+    const bool bears = some_bear && in.bearing[static_cast<std::size_t>(&contact - in.contacts.data())] != 0;
+    if (bears) batch.bears = true;
     for (std::uint32_t i = 0; i < contact.count; ++i) {
       batch.contacts.push_back(
-          {low, high, contact.manifolds + i, contact.material, contact.slop_m, warm_scale, contact.driven});
+          {low, high, contact.manifolds + i, contact.material, contact.slop_m, warm_scale, contact.driven, bears});
     }
     contact.substeps = batch.substeps;
   }

@@ -26,12 +26,14 @@ struct SolveInput {
   std::span<Joint* const> joints;     // likewise
   std::span<JointRows> rows;          // by joint
   const Islands& islands;
-  std::span<const IslandPlan> plans;  // by island
+  std::span<const IslandPlan> plans;           // by island
+  std::span<const std::uint8_t> bearing = {};  // by contact, 1 where it bears; empty: none does
 };
 
 struct IslandBatch {
   int substeps = 0;
   bool unanchored = false;  // one of its islands is
+  bool bears = false;       // one of its contacts does
   std::vector<SolverBody> bodies;
   // By body. After these come kinematic bodies, one for each contact or joint with one, so that none of them connects
   // what touches it.

@@ -29,7 +29,8 @@ void SolvePass::Solve(const SolveInput& in) {
                    .contacts = batch.contacts,
                    .joints = batch.joints,
                    .substeps = batch.substeps,
-                   .dt_s = static_cast<float>(in.dt_s)});
+                   .dt_s = static_cast<float>(in.dt_s),
+                   .bears = batch.bears});
   }
 }
 

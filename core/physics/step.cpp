@@ -123,7 +123,8 @@ void World::Impl::FindIslands(double dt_s) {
 }
 
 SolveInput World::Impl::SolveInputOf(double dt_s) {
-  return {dt_s, bodies.awake(), narrow_phase.contacts(), joints.joints(), joints.rows(), islands, loads.plans()};
+  return {dt_s,          bodies.awake(), narrow_phase.contacts(), joints.joints(),
+          joints.rows(), islands,        loads.plans(),           loads.bearing()};
 }
 
 StepOutcome World::Impl::Outcome() const {

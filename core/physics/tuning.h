@@ -76,6 +76,21 @@ inline constexpr float kLoadSteps = 10;
 inline constexpr float kMostIslandLoad = 1e6f;  // cap of a load; far less gets as many substeps as there are
 inline constexpr float kUnknownLoad = -1;       // load of a body that nothing held: the next one counts at once
 
+// An island of this load has its contacts solved together (solve/direct_solve.h): 1000 unit cubes upon one, or 200 of
+// .2 m, which is what 64 substeps hold on 5 to 20 of them. Lower, and loads that come down on what substeps would have
+// held rock on it; higher, and what lies between is held by neither.
+inline constexpr float kDirectLoad = 2000;
+// Only while nothing in it approaches faster than this, m/s. Without that bound a load of 3000 that comes down by .1 m
+// throws boxes out at 200 m/s; lower, and what settles is solved now one way, now the other.
+inline constexpr float kCalm_m_s = 0.25f;
+// In such an island of more contacts than kMostBearing those of this load are solved together.
+inline constexpr float kBearsToo = 20;
+// Most contacts of an island that are solved together, which bounds what a factorisation costs: some .3 ms. An island
+// with more gets as many substeps as there are, which hold some 1000 to 1.
+inline constexpr int kMostBearing = 64;
+// Fewest substeps of an island with contacts that are solved together, and their cost in contacts that are relaxed.
+inline constexpr int kDirectSubsteps = 4, kDirectWork = 64;
+
 // Inner radius of bodies with no solid middle, or hardly one, where loads are scaled by size, m.
 inline constexpr double kLeastInner_m = 0.005;
 

@@ -35,6 +35,7 @@ constexpr GoldenScene kGolden[] = {
        return scene;
      },
      600},
+    {"heavy_load", [] { return HeavyLoadStack({.lean_rad = 0.0175, .aside_m = 0.1}); }, 240},
 };
 
 }  // namespace

@@ -27,6 +27,30 @@ Scene LoadedStack(int n, double ratio) {
   return make.Take();
 }
 
+Scene HeavyLoadStack(const HeavyLoad& load) {
+  constexpr double kGravity_m_s2 = 9.81;
+  Builder make("heavy load");
+  make.Ground();
+  const double half = load.size_m / 2;
+  const ShapePtr cube = BoxOf(half, half, half);
+  for (int i = 0; i < load.n; ++i) make.Dynamic(cube, {0, half + i * load.size_m, 0}, 1);
+  make.Dynamic(cube, {load.aside_m, half + load.n * load.size_m, 0}, load.ratio);
+  Scene scene = make.Take();
+  const SinCos lean = SinCosOf(load.lean_rad);
+  scene.gravity_m_s2 = Vec3d{lean.sin, -lean.cos, 0} * kGravity_m_s2;
+  return scene;
+}
+
+Scene PressAgainstWall(const Press& press) {
+  constexpr double kWall = 0.01, kLight = 0.1, kHeavy = 0.2;  // half widths, m
+  Builder make("press");
+  make.Ground();
+  make.Static(BoxOf(kWall, 2, 2), {0, 2, 0});
+  make.Dynamic(press.ball ? BallOf(kLight) : BoxOf(kLight, kLight, kLight), {-kWall - kLight, kHeavy, 0}, 1);
+  make.Dynamic(BoxOf(kHeavy, kHeavy, kHeavy), {-kWall - 2 * kLight - press.gap_m - kHeavy, kHeavy, 0}, press.heavy_kg);
+  return make.Take();
+}
+
 Scene MassRatioPyramid(int base, double apex_density) {
   constexpr double kSpacing = 1.1;
   Builder make("mass ratio pyramid");

@@ -85,7 +85,7 @@ void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, 
   head.b[lane] = static_cast<std::int32_t>(contact.b == kStatic ? nobody : contact.b);
   Put(head.normal, lane, manifold.normal);
   Put(head.offset, lane, manifold.points[0].r_a - manifold.points[0].r_b);
-  head.slop.f[lane] = contact.slop_m;
+  head.slop.f[lane] = contact.bears ? 0 : contact.slop_m;
   head.round_a.f[lane] = manifold.round_a_m;
   head.round_b.f[lane] = manifold.round_b_m;
   head.soft_mass.f[lane] = softness.mass;
@@ -300,6 +300,8 @@ void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Color
 void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody,
                          float h, ThreadTeam& team) {
   const Softness softness = SoftnessOf(kContactShare, kContactDamping, h);
+  // A contact that is soft by the mass of the lighter body gives way by decimetres under a thousand times that mass.
+  const Softness rigid{.bias_rate = softness.bias_rate};
   Lay(contacts, coloring, team);
   for (const ContactRun& run : runs_) {
     // Empty lanes name a body that stands for the world on both sides; everything else in them is 0.
@@ -315,7 +317,8 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
     for (std::size_t i = begin; i < end; ++i) {
       if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold);
       const ContactPlace& place = places_[i];
-      Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody + place.thread, softness, block); });
+      const Softness& give = contacts[i].bears ? rigid : softness;
+      Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody + place.thread, give, block); });
     }
   });
 }

@@ -7,6 +7,7 @@
 
 #include "core/physics/solve/coloring.h"
 #include "core/physics/solve/contact_blocks.h"
+#include "core/physics/solve/direct_contacts.h"
 #include "core/physics/solve/impacts.h"
 #include "core/physics/solve/joint_blocks.h"
 #include "core/physics/solve/kernel.h"
@@ -55,6 +56,7 @@ struct Solver::Impl {
   std::vector<SolvedKick> kicks;
   Coloring coloring;
   ContactBlocks contacts;
+  DirectContacts direct;
   JointBlocks joints;
   Impacts impacts;
 };
@@ -135,7 +137,10 @@ void Solver::Impl::RunAll(ContactKernel ContactKernels::*kernel) {
 // if that of the points of a contact were reversed as well, the wall would sway again.
 void Solver::Impl::SolveAll(bool relax) {
   if (!joints.empty()) joints.Solve(states.data(), masses.data(), step, relax);
+  if (!direct.empty() && !relax) direct.Solve(contacts, states, step, relax);
   RunAll(relax ? &ContactKernels::relax : &ContactKernels::solve);
+  // Where bodies are by now is known only after the first pass of relaxing.
+  if (!direct.empty() && relax) direct.Solve(contacts, states, step, relax);
   const std::span<const ContactStage> stages = contacts.stages();
   for (std::size_t i = stages.size(); i-- > 0;) {
     Run(relax ? &ContactKernels::settle : &ContactKernels::solve, stages[i]);
@@ -193,6 +198,8 @@ void Solver::Solve(const SolveBatch& batch) {
   impl.joints.Fill(batch.joints, impl.coloring, impl.states.data(), impl.masses.data(), nobody, h);
   impl.contacts.Fill(batch.contacts, impl.coloring, nobody, h, impl.team);
   impl.RunAll(&ContactKernels::prepare);
+  impl.direct.Clear();
+  if (batch.bears) impl.direct.Fill(batch.contacts, impl.contacts, impl.masses);
   impl.impacts.Fill(batch.contacts, impl.count, impl.team.size());
   impl.Substeps(batch.substeps);
   impl.contacts.Store(batch.contacts, impl.states, impl.masses, impl.team);

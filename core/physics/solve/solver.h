@@ -47,6 +47,7 @@ struct ContactConstraint {
   float slop_m = kSlop_m;  // overlap at rest
   float warm_scale = 1;    // factor of the warm impulses: substeps of the last step over those of this one
   bool driven = false;     // one of the two is so heavy that it does not count what it is given
+  bool bears = false;      // it bears far more than its bodies weigh: it is rigid, and solved with others that do
 };
 
 struct JointConstraint {
@@ -64,6 +65,7 @@ struct SolveBatch {
   std::span<const JointConstraint> joints;
   int substeps = 4;
   float dt_s = 1.0f / 60;
+  bool bears = false;  // one of the contacts does
 };
 
 enum class SimdPath { kBest, kSse2, kAvx2 };
