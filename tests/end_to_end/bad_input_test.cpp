@@ -135,6 +135,8 @@ INSTANTIATE_TEST_SUITE_P(
                     BadGame{"bomb", "local t = {}\nfor i = 1, 1e9 do t[i] = ('x'):rep(60000) .. i end\n",
                             "bomb.lua:2: too much memory"},
                     BadGame{"binary", "\x1bLuaT", "binary chunk"},
+                    BadGame{"foreign", "local n = 1\nkinds.goat = { on_tick = function(self) end }\n",
+                            "foreign.lua:2: the scene has no bodies of the kind `goat`"},
                     BadGame{"kept", "local n = 0\nfunction on_tick() n = n + 1 end\n", "kept.lua:2: `n`"}),
     [](const auto& game) { return std::string(game.param.name); });
 

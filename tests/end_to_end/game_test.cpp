@@ -30,6 +30,7 @@ constexpr char kScene[] = R"(
   name: "bounce"
   bounds { min { x: -12 y: -2 z: -12 } max { x: 12 y: 20 z: 12 } }
   properties { name: "hits" number: 0 }
+  instance_properties { name: "round" number: 1 }
   bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
   bodies {
     id: 2 name: "ball" kind: "ball" mass: 1
@@ -111,6 +112,16 @@ TEST_F(GameTest, WhatAGameDoesIsSeenByPlayersAndOutlivesTheRegionThatDidIt) {
   EXPECT_GE(Metric("tessera_game_calls_total"), 3);
   EXPECT_EQ(Metric("tessera_game_errors_total"), 0);
 
+  const auto round = [this] { return std::get<std::int64_t>(*run_->bots()[0]->client().WorldPropertyOf("round")); };
+  EXPECT_EQ(round(), 1);
+  const support::RunResult set = Tessera({"instance", "set-property", run_->instance_id(), "world", "round", "7"});
+  ASSERT_EQ(set.exit_code, 0) << set.err;
+  EXPECT_THAT(set.out, HasSubstr("world: round = 7"));
+  ASSERT_TRUE(PlayUntil("the client knows", [&] { return round() == 7; }));
+  ASSERT_TRUE(PlayUntil("operators see it", [this] {
+    return Tessera({"instance", "describe", run_->instance_id()}).out.find("World:    round = 7") != std::string::npos;
+  }));
+
   const std::uint32_t owner = OwnerOfBall();
   const auto victim = static_cast<pid_t>(ReportOf(owner).identity().pid());
   const std::int64_t before = Hits();
@@ -124,6 +135,7 @@ TEST_F(GameTest, WhatAGameDoesIsSeenByPlayersAndOutlivesTheRegionThatDidIt) {
   EXPECT_GE(least, before - 1) << "the count did not begin anew";
   ASSERT_TRUE(PlayUntil("a new worker in its place", [&] { return IsSettled() && run_->Latest().regions() == 4; }));
   EXPECT_EQ(run_->Latest().lost_bodies(), 0u);
+  EXPECT_EQ(round(), 7) << "whichever region has the world's record now";
 
   const std::string log = Tessera({"game", "logs", run_->instance_id()}).out;
   EXPECT_THAT(log, HasSubstr("region " + std::to_string(owner) + " tick"));
