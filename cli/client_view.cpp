@@ -110,6 +110,8 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
         const std::optional<PropertyValue> value = client.WorldPropertyOf(event.property);
         return fmt::format("world: {} = {}", event.property, value ? PropertyText(*value) : "?");
       }
+      case Kind::kPredictionCorrected:
+        return "prediction corrected by " + event.detail;
     }
     return "?";
   };

@@ -125,11 +125,14 @@ struct ClientEvent {
     kGrantNeeded,      // no known address has answered for 3 s: Client::Renew with another grant may lead back
     kRestored,         // the world goes on from an earlier moment: all bodies vanish, and appear as they were then
     kWorldPropertyChanged,  // property: WorldPropertyOf gives the new value
+    // The own body was shown more than a centimetre elsewhere than it came to be. body, region, input_number: the
+    // newest that had acted, other: the body that it touched, or 0, detail: how far, and why as far as is known.
+    kPredictionCorrected,
   };
-  static constexpr Kind kLastKind = Kind::kWorldPropertyChanged;
+  static constexpr Kind kLastKind = Kind::kPredictionCorrected;
   Kind kind = Kind::kEnded;
   BodyId body{};
-  BodyId other{};  // higher than `body`
+  BodyId other{};  // higher than `body`, where they are a pair
   RegionId region{};
   std::uint32_t input_number = 0;
   std::string detail{};

@@ -80,6 +80,15 @@ void Client::Impl::Correct() {
   }
   if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
   correct_to.reset();
+  for (const Correction& correction : predictor->TakeCorrections()) {
+    const auto own = world.bodies().find(Own());
+    events.push_back({.kind = ClientEvent::Kind::kPredictionCorrected,
+                      .body = Own(),
+                      .other = correction.met,
+                      .region = own == world.bodies().end() ? RegionId() : own->second.region,
+                      .input_number = correction.last_input,
+                      .detail = Describe(correction)});
+  }
 }
 
 void Client::Impl::ShowOnPaths(double tick, std::vector<ShownBody>& shown) const {

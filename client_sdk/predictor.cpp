@@ -16,6 +16,7 @@ namespace {
 // Bodies that could be touched before the server's next state are simulated as well, the nearest of them.
 constexpr double kReach_m = 0.5, kHorizon_s = 0.2;
 constexpr std::size_t kMaxPredictedBodies = 48;
+constexpr std::size_t kMaxUntaken = 64;  // corrections that nobody has asked for
 // A correction fades to a third in this time: fast enough to be true soon, too slow to be seen as a jump.
 constexpr double kBlend_s = 0.1;
 // A body that is off by more than this was moved on purpose.
@@ -135,7 +136,15 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   std::erase_if(inputs_, [&](const PlayerInput& input) { return input.number <= last_input; });
 
   const std::map<BodyId, std::uint8_t> jumps = jumps_;
+  Correction correction{.tick = tick, .last_input = last_input};
+  if (!fresh) {
+    correction.late = (tick - *base_tick_) - (std::int64_t{last_input} - std::int64_t{base_input_});
+    if (own->second.region != base_region_) correction.from = base_region_;
+  }
+  const BodyId met = Met();
   base_tick_ = tick;
+  base_input_ = last_input;
+  base_region_ = own->second.region;
   Choose(bodies);
   Place(tick, bodies);
   Simulate();
@@ -152,9 +161,32 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
     const bool jumped = counted != jumps.end() && counted->second != jumps_.at(id);
     if (jumped || Length(body.offset) > kTeleport_m) body.offset = Vec3d(), body.turn = Quatd();
     if (jumped || id != own_def_.id) continue;
-    last_correction_m_ = Length(gap);
-    if (last_correction_m_ > kNotable_m) ++corrections_;
+    last_correction_m_ = correction.off_m = Length(gap);
+    if (last_correction_m_ > kNotable_m) NoteCorrection(correction, met);
   }
+}
+
+// `met`: which body the own one touched in the simulation before the correction.
+void Predictor::NoteCorrection(Correction correction, BodyId met) {
+  using Cause = Correction::Cause;
+  ++corrections_;
+  correction.met = met != BodyId() ? met : Met();
+  if (correction.from != RegionId()) {
+    correction.cause = Cause::kOwner;
+  } else if (correction.late != 0) {
+    correction.cause = Cause::kInputs;
+  } else if (correction.met != BodyId()) {
+    correction.cause = Cause::kMeeting;
+  }
+  if (untaken_.size() < kMaxUntaken) untaken_.push_back(correction);
+}
+
+// The first body that moves and that the own one touches in the simulation, itself or through others; 0: none.
+BodyId Predictor::Met() const {
+  for (const auto& [id, body] : bodies_) {
+    if (body.touched && id != own_def_.id) return id;
+  }
+  return {};
 }
 
 // Assemblies are simulated along whole, since a joint without its other end is another body.

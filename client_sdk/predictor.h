@@ -20,9 +20,11 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "client_sdk/client.h"
+#include "client_sdk/correction.h"
 #include "client_sdk/ground.h"
 #include "client_sdk/work_budget.h"
 #include "core/physics/character.h"
@@ -69,6 +71,8 @@ class Predictor {
   std::uint64_t corrections() const { return corrections_; }       // those of more than kNotable_m
   double last_correction_m() const { return last_correction_m_; }  // how far the own body was off
   static constexpr double kNotable_m = 0.01;
+  // Those since the last call, with their causes; the oldest 64.
+  std::vector<Correction> TakeCorrections() { return std::exchange(untaken_, {}); }
 
  private:
   struct Body {
@@ -94,6 +98,8 @@ class Predictor {
   void NoteTouched();
   Pose Raw(const Body& body) const;
   const BodyDef* DefOf(BodyId id) const;
+  BodyId Met() const;
+  void NoteCorrection(Correction correction, BodyId met);
   bool IsOwn(const physics::Contact& contact) const {
     return contact.body_a == own_def_.id || contact.body_b == own_def_.id;
   }
@@ -119,6 +125,10 @@ class Predictor {
   std::optional<TimePoint> shown_at_;
   std::uint64_t corrections_ = 0;
   double last_correction_m_ = 0;
+  std::vector<Correction> untaken_;
+  // The own body's region and the newest input, at the base.
+  RegionId base_region_;
+  std::uint32_t base_input_ = 0;
 };
 
 }  // namespace tessera::client

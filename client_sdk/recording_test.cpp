@@ -188,6 +188,41 @@ TEST_F(RecordingTest, PlaysTheSamePosesAndEvents) {
   EXPECT_EQ(told.back().kind, ClientEvent::Kind::kEnded);
 }
 
+TEST_F(RecordingTest, HoldsTheCorrectionsOfThePredictionWithTheirCause) {
+  Make(1);
+  JoinOptions options = Options();
+  options.predict = true;
+  auto joined = Client::Join(options);
+  ASSERT_TRUE(joined.ok()) << joined.status();
+  client = *std::move(joined);
+  ASSERT_TRUE(client->Record(file).ok());
+  Play();
+  for (int step = 1; step <= 30; ++step) {
+    client->Move({1, 0, 0}, {});
+    const std::vector<BodyRecord> own = {{client->own_body(), Epoch(1), Moving(step < 25 ? 3 : 3.5, 1)}};
+    Advance([&](Tick at) { instance->regions[0]->Snapshot(at, own); });
+    (void)client->Interpolated(now);
+  }
+  constexpr auto kKind = ClientEvent::Kind::kPredictionCorrected;
+  ASSERT_GE(Count(kKind), 1);
+  const ClientEvent live = *Find(kKind);
+  const int count = Count(kKind);
+  EXPECT_EQ(live.body, client->own_body());
+  EXPECT_EQ(live.region, RegionId(1));
+  EXPECT_THAT(live.detail, HasSubstr(" m: "));
+  EXPECT_EQ(client->Stats().corrections, static_cast<std::uint64_t>(count));
+  ASSERT_TRUE(client->StopRecording().ok());
+
+  auto playing = Client::Play(file);
+  ASSERT_TRUE(playing.ok()) << playing.status();
+  client = *std::move(playing);
+  events.clear();
+  for (ClientEvent& event : client->Poll(now)) events.push_back(std::move(event));
+  for (ClientEvent& event : client->Poll(now + std::chrono::minutes(1))) events.push_back(std::move(event));
+  ASSERT_EQ(Count(kKind), count);
+  EXPECT_TRUE(SameEvent(*Find(kKind), live));
+}
+
 // A recording that begins in the middle has bodies at rest as well, though nobody sends them any more.
 TEST_F(RecordingTest, BeginsInTheMiddle) {
   Make(1);

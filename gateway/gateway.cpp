@@ -241,6 +241,9 @@ std::vector<ViewerId> Gateway::Tick(TimePoint now) {
 void Gateway::TickPlayer(Viewer& viewer, TimePoint now) {
   ViewSource& source = *viewer.playing->source;
   source.Poll(now);
+  for (const std::string& correction : source.TakeCorrections()) {
+    viewer.world->NoteCorrection(source.client().player(), correction, now);
+  }
   if (!source.over()) {
     source.SetHosts(viewer.world->Hosts());
     const bool joined = source.client().state() != client::ClientState::kJoining;

@@ -170,6 +170,9 @@ std::string EventsMessage(const std::vector<v1::InstanceEvent>& events) {
 
 std::string MetMessage(const client::ClientEvent& event) {
   using Kind = client::ClientEvent::Kind;
+  if (event.kind == Kind::kPredictionCorrected) {
+    return Text({{"type", "corrected"}, {"body", IdText(event.body)}, {"text", event.detail}});
+  }
   const char* kind = event.kind == Kind::kContactBegan     ? "contact_began"
                      : event.kind == Kind::kContactEnded   ? "contact_ended"
                      : event.kind == Kind::kTriggerEntered ? "trigger_entered"

@@ -46,7 +46,7 @@ using HeardRegions = std::map<std::uint32_t, HeardRegion>;  // by number
 // connection is silent is seen long after the control plane knows.
 std::string StatusMessage(const v1::Instance& instance, double age_s, const HeardRegions& heard);
 std::string EventsMessage(const std::vector<v1::InstanceEvent>& events);
-// Empty for an event that is no contact.
+// Empty for an event that is neither a contact nor a correction of the prediction.
 std::string MetMessage(const client::ClientEvent& event);
 // The body that a viewer has selected; it is gone where the client does not see it.
 std::string DetailMessage(const client::Client& client, BodyId body);

@@ -110,6 +110,15 @@ TEST(GatewayMessageTest, IdsAreTexts) {
   EXPECT_EQ(MetMessage(event), "");
 }
 
+TEST(GatewayMessageTest, ACorrectionSaysOfWhichBodyAndWhy) {
+  const client::ClientEvent event{.kind = client::ClientEvent::Kind::kPredictionCorrected,
+                                  .body = BodyId(7),
+                                  .other = BodyId(9),
+                                  .detail = "0.12 m: it met body 9"};
+  EXPECT_EQ(json::parse(MetMessage(event)),
+            (json{{"type", "corrected"}, {"body", "7"}, {"text", "0.12 m: it met body 9"}}));
+}
+
 TEST(OrderTest, APropertyTakesAValueOfItsTypeAlone) {
   const auto why_not = [](const json& value, const PropertyValue& declared) {
     return std::string(PropertyFrom("p", value, declared).status().message());

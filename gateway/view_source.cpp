@@ -9,6 +9,7 @@ namespace tessera::gateway {
 namespace {
 
 constexpr std::chrono::milliseconds kKeepValues{200};
+constexpr std::size_t kMaxCorrections = 64;  // that nobody has taken
 
 }  // namespace
 
@@ -50,6 +51,9 @@ void ViewSource::Poll(client::TimePoint now) {
     // By itself it would dial on, where nobody is any more.
     if (event.kind == Kind::kGrantNeeded) needs_grant_ = true;
     if (event.kind == Kind::kRegionBack) needs_grant_ = false;
+    if (event.kind == Kind::kPredictionCorrected && corrections_.size() < kMaxCorrections) {
+      corrections_.push_back(event.detail);
+    }
     if (event.kind == Kind::kRecordingEnded) recording_ended_ = event.detail;
     if (std::string met = MetMessage(event); !met.empty()) feed_.met.Add(std::move(met), kMaxMetKept);
   }

@@ -10,6 +10,8 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "client_sdk/client.h"
@@ -52,6 +54,8 @@ class ViewSource {
   absl::Status WhyOver() const;
   // Why a recording ended unasked, since the last call.
   std::string TakeRecordingEnded() { return std::exchange(recording_ended_, {}); }
+  // Corrections of the player's prediction since the last call, each as a line.
+  std::vector<std::string> TakeCorrections() { return std::exchange(corrections_, {}); }
   const ViewFeed& feed() const { return feed_; }
   const std::shared_ptr<const SceneBook>& book() const { return feed_.book; }
 
@@ -65,6 +69,7 @@ class ViewSource {
   std::map<RegionId, std::string> hosts_;
   bool connected_changed_ = true, needs_grant_ = false;
   std::string recording_ended_;
+  std::vector<std::string> corrections_;
   // By property, for all viewers that ask for it at about the same time.
   struct Taken {
     client::TimePoint at;

@@ -1,5 +1,7 @@
 #include "gateway/watched_world.h"
 
+#include <google/protobuf/util/time_util.h>
+
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -19,6 +21,8 @@ constexpr auto kJoinDeadline = 5s;
 constexpr auto kJoinAgain = 1s;
 // A world without any region for so long is reported; a restore from a checkpoint takes less.
 constexpr auto kLostFor = 60s;
+// Corrections of all players in a recording. Each takes a hundred bytes, and jumping about shall not fill it.
+constexpr int kMaxCorrections_per_s = 20;
 
 bool MayStillCome(const absl::Status& status) {
   return absl::IsDeadlineExceeded(status) || absl::IsUnavailable(status);
@@ -185,6 +189,20 @@ absl::Status WatchedWorld::BeginRecording() {
   }
   SayRecording();
   return begun;
+}
+
+// As an event, which those who play the recording are sent as any other.
+void WatchedWorld::NoteCorrection(PlayerNumber player, const std::string& correction, TimePoint now) {
+  if (!recording_.on || !source_) return;
+  if (now - corrections_since_ >= std::chrono::seconds(1)) {
+    corrections_since_ = now;
+    corrections_noted_ = 0;
+  }
+  if (++corrections_noted_ > kMaxCorrections_per_s) return;
+  v1::InstanceEvent event;
+  *event.mutable_time() = google::protobuf::util::TimeUtil::GetCurrentTime();
+  event.set_text(absl::StrCat("player ", player.value(), ": prediction corrected by ", correction));
+  (void)source_->client().Note(EventsMessage({event}));
 }
 
 void WatchedWorld::TickRecording() {

@@ -61,6 +61,8 @@ class WatchedWorld {
   // world ends; a world that is lost and comes back goes on in another file. Errors: those of RecordingFolder::Make and
   // Client::Record; nothing is recorded then.
   absl::Status SetRecording(bool on);
+  // Writes a correction of a player's prediction into the recording, if there is one; at most 20 a second.
+  void NoteCorrection(PlayerNumber player, const std::string& correction, TimePoint now);
   bool recording() const { return recording_wanted_; }
   const RecordingState& recording_state() const { return recording_; }
 
@@ -89,6 +91,8 @@ class WatchedWorld {
   std::optional<TimePoint> lost_since_;
   bool recording_wanted_ = false;
   RecordingState recording_;
+  TimePoint corrections_since_{};  // a second of them, and how many were noted in it
+  int corrections_noted_ = 0;
   // Jobs that end when this is gone must not touch it.
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

@@ -11,7 +11,10 @@ using namespace tessera::c_api;
 static_assert(TESSERA_EVENT_COMMAND_REFUSED == static_cast<int>(client::ClientEvent::Kind::kCommandRefused));
 static_assert(TESSERA_EVENT_GRANT_NEEDED == static_cast<int>(client::ClientEvent::Kind::kGrantNeeded));
 static_assert(TESSERA_EVENT_RESTORED == static_cast<int>(client::ClientEvent::Kind::kRestored));
-static_assert(TESSERA_EVENT_WORLD_PROPERTY_CHANGED == static_cast<int>(client::ClientEvent::kLastKind));
+static_assert(TESSERA_EVENT_WORLD_PROPERTY_CHANGED ==
+              static_cast<int>(client::ClientEvent::Kind::kWorldPropertyChanged));
+static_assert(TESSERA_EVENT_PREDICTION_CORRECTED == static_cast<int>(client::ClientEvent::Kind::kPredictionCorrected));
+static_assert(TESSERA_EVENT_PREDICTION_CORRECTED == static_cast<int>(client::ClientEvent::kLastKind));
 
 namespace {
 

@@ -209,6 +209,7 @@ export class Page implements SessionListener {
 
   said(message: JsonMessage): void {
     if (message.type === 'recording') this.time.showRecording(message);
+    if (message.type === 'corrected') this.time.showCorrection(message.text);
     if (message.type === 'play') this.time.showPlay(message);
     if (message.type === 'met' && this.marks) this.view.showContact(message);
     // A visitor who may watch and not play is connected again at once, to watch: the reason stays to be read.

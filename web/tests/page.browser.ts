@@ -149,6 +149,13 @@ test('a contact is marked where it is, for a moment, unless it is switched off',
   await page.getByRole('button', { name: 'Contacts' }).click();
 });
 
+test('a correction of the prediction is shown with its cause, for a while', async () => {
+  gateway.say({ type: 'corrected', body: '101', text: '0.12 m: it met body 9' });
+  const shows = (text: string) => page.waitForFunction(`document.getElementById('correction').textContent === '${text}'`, undefined, WAIT);
+  await shows('prediction corrected by 0.12 m: it met body 9');
+  await shows('');
+});
+
 test('bodies take the colours of a property that the world declares', async () => {
   await page.getByLabel('Colour bodies by').selectOption({ label: 'health' });
   await page.locator('#legend', { hasText: '99' }).waitFor(WAIT);

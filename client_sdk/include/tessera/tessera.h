@@ -179,7 +179,10 @@ enum {
   TESSERA_EVENT_RESTORED = 17,
   /* property: of the world; also for those that differ from the scene's when the client comes. See
    * tessera_get_world_property */
-  TESSERA_EVENT_WORLD_PROPERTY_CHANGED = 18
+  TESSERA_EVENT_WORLD_PROPERTY_CHANGED = 18,
+  /* The own body was shown more than a centimetre elsewhere than it came to be. body, region, input: the newest that
+   * had acted by then, other: the body that it touched, or 0, detail: how far, and why as far as the client knows. */
+  TESSERA_EVENT_PREDICTION_CORRECTED = 19
 };
 
 typedef struct tessera_event {

@@ -4,6 +4,8 @@ import type { Play } from '../protocol/messages.ts';
 import { bytes, clock, h, setText } from './dom.ts';
 import type { Order } from './machine_room.ts';
 
+const CORRECTION_S = 4; // is shown for so long
+
 export class TimeBar {
   readonly element = h('footer', { id: 'time', role: 'group', 'aria-label': 'Time' });
   private readonly pause = h('button', { class: 'play', title: 'Pause or go on (P)' }, '❚❚');
@@ -18,6 +20,8 @@ export class TimeBar {
   );
   private readonly record = h('button', { class: 'record', 'aria-pressed': 'false', title: 'Record this world (R)' }, 'Record');
   private readonly note = h('span', { class: 'note', role: 'status' });
+  private readonly correction = h('span', { class: 'note', id: 'correction', title: 'How far the player’s own body was predicted elsewhere than it came to be' });
+  private corrected_at_s = -Infinity;
   private paused = false;
   private recording = false;
   private replay = false;
@@ -38,7 +42,7 @@ export class TimeBar {
       this.send({ type: 'play', at_s: Number(this.slider.value) });
     });
     this.slider.addEventListener('change', () => (this.dragging = false));
-    this.element.append(this.pause, this.back, this.step, this.slider, this.at, this.speed, this.record, this.note);
+    this.element.append(this.pause, this.back, this.step, this.slider, this.at, this.speed, this.record, this.note, this.correction);
     this.setReplay(false);
   }
 
@@ -48,6 +52,7 @@ export class TimeBar {
     this.record.hidden = replay;
     this.showPaused(false);
     setText(this.note, '');
+    setText(this.correction, '');
   }
 
   togglePause(): void {
@@ -61,6 +66,14 @@ export class TimeBar {
 
   private stepBy(steps: number): void {
     this.send({ type: 'play', paused: true, step: steps });
+  }
+
+  showCorrection(text: string): void {
+    this.corrected_at_s = performance.now() / 1000;
+    setText(this.correction, `prediction corrected by ${text}`);
+    window.setTimeout(() => {
+      if (performance.now() / 1000 - this.corrected_at_s >= CORRECTION_S) setText(this.correction, '');
+    }, 1000 * CORRECTION_S + 50);
   }
 
   showPaused(paused: boolean): void {
