@@ -16,6 +16,7 @@
 #include "bench/lean.h"
 #include "bench/people.h"
 #include "bench/report.h"
+#include "bench/sdk.h"
 #include "bench/snapshots.h"
 #include "bench/speed.h"
 #include "bench/stability.h"
@@ -67,6 +68,10 @@ constexpr Suite kSuites[] = {
      "What attackers get, and what they cost: doors of the control plane, floods at a region, an eviction, much coming "
      "and going. --only takes attacks, create, ticks, evict or churn",
      RunTrust},
+    {"sdk",
+     "What a game ships with the client library and what it costs: files, memory, first polls of a large scene, polls "
+     "after a pause; --only takes ship, first_polls or late_polls",
+     RunSdk},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},
 };
