@@ -36,7 +36,7 @@ struct ReignSettings {
   HttpsFlags https{};
   std::string seal;                      // file with the passphrase of the authority's key
   std::string checkpoints;               // folder or address of a bucket, in errors
-  std::optional<S3Settings> s3{};        // of that bucket
+  std::optional<S3Settings> s3{};        // where it is a bucket
   std::uint64_t checkpoint_reserve = 0;  // bytes of its disk that they leave free
   std::string store_name;                // in errors: "/var/lib/tessera/control/control.db"
   ControlSettings control;

@@ -1,4 +1,4 @@
-// What a control plane does from a backup until it has taken up what runs, on records and orders alone.
+// A control plane that begins from a backup, until it has taken up what runs, on records and orders alone.
 #include "control_plane/cluster/recovery.h"
 
 #include <gmock/gmock.h>

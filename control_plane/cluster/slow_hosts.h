@@ -23,8 +23,8 @@ namespace tessera::control {
 struct SlowRegion {
   std::uint32_t region = 0;
   std::string host_id;
-  double step_s = 0, tick_s = 0;  // what its step takes, and what it may take
-  double cost_ratio = 0;          // of a body, against the world's other hosts
+  double step_s = 0, tick_s = 0;  // a step takes the one, and may take the other
+  double cost_ratio = 0;          // a body's, by that of the world's other hosts
 };
 
 class SlowHosts {

@@ -33,7 +33,7 @@ struct S3Settings {
 using Environment = std::function<std::optional<std::string>(const char* name)>;
 
 // The settings of `address`. `endpoint` empty: Amazon's, of the region; `region` empty: AWS_REGION, else us-east-1.
-// Who asks is in AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, and AWS_SESSION_TOKEN where there is one.
+// The asker is in AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, and AWS_SESSION_TOKEN where there is one.
 // INVALID_ARGUMENT names the option or variable: an endpoint is https, or http on this machine alone.
 absl::StatusOr<S3Settings> MakeS3Settings(const std::string& address, const std::string& endpoint,
                                           const std::string& region, const Environment& environment);

@@ -14,8 +14,8 @@
 namespace tessera::control {
 namespace {
 
-constexpr std::size_t kMaxAnswerBytes = 8 << 20;  // of a listing: a thousand keys take some 300 kB
-constexpr std::size_t kMaxSaidBytes = 200;        // of what a store says that went wrong
+constexpr std::size_t kMaxAnswerBytes = 8 << 20;  // a listing of a thousand keys takes some 300 kB
+constexpr std::size_t kMaxSaidBytes = 200;        // more of what a store says is cut
 constexpr std::size_t kPageSize = 1000;           // S3's largest
 
 struct CurlDeleter {

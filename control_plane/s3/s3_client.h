@@ -50,7 +50,7 @@ class S3Client {
     std::vector<std::string> keys;     // without the settings' prefix, ascending
     std::vector<std::string> folders;  // likewise, with '/' at the end
   };
-  // What begins with `prefix`; of what has a '/' after it only the folder, if `by_folder`. At most `max`, which is 1 to
+  // All that begins with `prefix`; where a '/' follows, the folder alone, if `by_folder`. At most `max`, which is 1 to
   // 100 000.
   absl::StatusOr<Listing> List(const std::string& prefix, bool by_folder, std::size_t max = 100'000);
 

@@ -13,7 +13,7 @@ namespace tessera::control {
 namespace {
 
 using std::chrono::milliseconds;
-using ::testing::Contains;
+using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -103,7 +103,7 @@ TEST_F(S3TargetTest, RemovesOneAndAllAndListsInstancesPageByPage) {
   EXPECT_EQ(files_->Check("inst-1", 60).code(), Code::kNotFound);
   EXPECT_TRUE(files_->Check("inst-1", 120).ok());
   files_->RemoveAll("inst-1");
-  EXPECT_THAT(Keys(), Not(Contains(HasSubstr("/inst-1/"))));
+  EXPECT_THAT(Keys(), Each(Not(HasSubstr("/inst-1/"))));
   EXPECT_TRUE(files_->Check("inst-10", 60).ok()) << "a name that begins alike is another world";
 }
 

@@ -1,5 +1,5 @@
-// AddAsanOption: an option of the address sanitizer for the programs that a test starts from now on. Where they are built
-// without it, it means nothing.
+// AddAsanOption: an option of the address sanitizer for the programs that a test starts from now on. Where they are
+// built without it, it means nothing.
 #pragma once
 
 #include <cstdlib>

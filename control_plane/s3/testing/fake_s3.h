@@ -24,7 +24,7 @@ class FakeS3 {
   FakeS3();
   ~FakeS3();
 
-  // Of somebody who may. The bucket "worlds" is there.
+  // For somebody who may. The bucket "worlds" is there.
   S3Settings Settings(const std::string& address) const;
   // Without objects, requests and faults.
   void Reset();
