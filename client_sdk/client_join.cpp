@@ -4,15 +4,22 @@
 #include "net/join_grant.h"
 
 namespace tessera::client {
+namespace {
+
+JoinCall CallOf(const JoinOptions& options) {
+  return {.instance_id = options.instance_id,
+          .player_name = options.player_name,
+          .ticket = options.ticket,
+          .returning = options.returning,
+          .watch = options.watch,
+          .deadline = options.deadline};
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options) {
   const trust::ControlPoint control(options.control_address, options.credentials);
-  absl::StatusOr<Session> session = JoinInstance(control, {.instance_id = options.instance_id,
-                                                           .player_name = options.player_name,
-                                                           .ticket = options.ticket,
-                                                           .returning = options.returning,
-                                                           .watch = options.watch,
-                                                           .deadline = options.deadline});
+  absl::StatusOr<Session> session = JoinInstance(control, CallOf(options));
   if (!session.ok()) return session.status();
   const auto leave = [control, id = options.instance_id](const net::Credentials& credentials,
                                                          std::chrono::milliseconds deadline) {
@@ -32,8 +39,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options)
 
 absl::StatusOr<std::vector<std::uint8_t>> Client::GetGrant(const JoinOptions& options) {
   const trust::ControlPoint control(options.control_address, options.credentials);
-  const absl::StatusOr<Session> session = JoinInstance(control, options.instance_id, options.player_name,
-                                                       options.returning, options.watch, options.deadline);
+  const absl::StatusOr<Session> session = JoinInstance(control, CallOf(options));
   if (!session.ok()) return session.status();
   return net::EncodeJoinGrant(GrantFrom(*session));
 }

@@ -304,7 +304,8 @@ void SimulatedHost::DialAgent(const agent::WorkerKey& key) {
 void SimulatedHost::Attach(const agent::WorkerKey& key) {
   Process& process = processes_.at(key);
   const v1::WorkerMessage first = process.worker->agent.FirstMessage();
-  const absl::StatusOr<agent::WorkerKey> attached = supervisor_->Attached(first.report());
+  const absl::StatusOr<agent::WorkerKey> attached =
+      supervisor_->Attached(first.report(), static_cast<pid_t>(process.pid));
   if (!attached.ok()) {
     process.worker->Stop();  // the agent does not know this worker
     return;
