@@ -244,19 +244,26 @@ TEST(ArenaSimulationTest, TheGamesCountsAreTheWorldsUnderEveryFault) {
     match.ExpectNoLines();
     EXPECT_EQ(match.CommandsPending(), 0U);
 
-    std::int64_t goals = 0;
+    // A ball that ends in a goal as its time runs out, too, may have scored or not.
+    std::int64_t goals = 0, at_the_last_moment = 0;
     const std::map<BodyId, BallLife> balls = match.Balls();
     for (const auto& [id, ball] : balls) {
       EXPECT_EQ(simulation.OwnerOf(id), RegionId()) << "ball " << id.value() << " neither landed nor ended";
-      if (ball.last.tick - ball.first.tick >= static_cast<std::int64_t>(kBallTicks) - 2) continue;
+      const bool in_goal = std::abs(ball.last.position.x) > 33 && std::abs(ball.last.position.z) < 4;
+      if (ball.last.tick - ball.first.tick >= static_cast<std::int64_t>(kBallTicks) - 2) {
+        at_the_last_moment += in_goal ? 1 : 0;
+        continue;
+      }
       ++goals;
       EXPECT_GT(std::abs(ball.last.position.x), 33) << "ball " << id.value() << " ended early, and not in a goal";
       EXPECT_LT(std::abs(ball.last.position.z), 4);
       scored_elsewhere += ball.first.region != ball.last.region ? 1 : 0;
     }
-    EXPECT_EQ(match.World("red") + match.World("blue"), goals);
-    EXPECT_EQ(match.GoalsHeard(), goals);
-    EXPECT_EQ(match.GoalsOfPlayers(), goals);
+    const std::int64_t counted = match.World("red") + match.World("blue");
+    EXPECT_GE(counted, goals);
+    EXPECT_LE(counted, goals + at_the_last_moment);
+    EXPECT_EQ(match.GoalsHeard(), counted);
+    EXPECT_EQ(match.GoalsOfPlayers(), counted);
     EXPECT_EQ(match.World("thrown"), static_cast<std::int64_t>(balls.size()));
     EXPECT_EQ(match.World("ended"), static_cast<std::int64_t>(balls.size()));
     EXPECT_EQ(match.World("red_players"), kPlayers / 2);
