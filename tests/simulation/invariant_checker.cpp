@@ -43,7 +43,9 @@ InvariantChecker::InvariantChecker(const Scene& scene) : scene_(scene) {
 // Nobody may have heard of its last steps: others may go on from before them, at the same ticks and epochs. Two that
 // die together may even have handed a body to and fro, and come to epochs that nobody else knows.
 void InvariantChecker::Died(RegionId region) {
-  // Whether its standby knows what it removed last, nobody can tell.
+  // Whether its standby knows what it made and removed last, nobody can tell. What it made may live on, or be made anew
+  // under the same id.
+  orphans_.merge(untold_[region].made);
   untold_.erase(region);
   for (auto& [id, life] : lives_) {
     const Reign& newest = *std::max_element(life.reigns.begin(), life.reigns.end(),
@@ -99,7 +101,7 @@ void InvariantChecker::Reigns(RegionId region, Tick tick, const region::OwnedBod
     ++made_.came_back;
     Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " came back after it was removed"));
   }
-  if (IsSpawned(id) && body.epoch == Epoch(1) && !lives_.contains(id)) {
+  if (orphans_.erase(id) > 0 || (IsSpawned(id) && body.epoch == Epoch(1) && !lives_.contains(id))) {
     untold_[region].made.insert(id);
   } else if (!expected_.contains(id) && !lives_.contains(id)) {
     Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " came from nowhere"));

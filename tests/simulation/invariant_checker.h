@@ -93,6 +93,7 @@ class InvariantChecker {
   };
   const Scene& scene_;
   std::map<RegionId, Untold> untold_;
+  std::set<BodyId> orphans_;  // made by regions that died before anybody could be told; nobody has had them since
   std::set<BodyId> told_removed_;
   Made made_;
   std::set<BodyId> expected_, leaving_, removable_, excused_, lost_, doubled_;
