@@ -21,7 +21,7 @@ using client::TimePoint;
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kFrame{1'000'000'000 / client::kTickRate};
-constexpr int kFirst = 600;
+constexpr int kFirst = 600, kUsual = 120;  // polls
 constexpr double kFrames_per_s = client::kTickRate;
 
 // Hills of so many squares of a metre each way, two triangles each.
@@ -130,6 +130,7 @@ void MeasureFirstPolls(bool quick, Report& report) {
       if (predicting == 0 && driven.client->Stats().predicting) predicting = i;
     }
     std::vector<double> later;
+    later.reserve(kFirst);
     for (int i = 0; i < kFirst; ++i) later.push_back(driven.Frame());
     ratios.push_back(dearest / Quantile(later, 0.99));
     after_s.push_back(predicting == 0 ? std::numeric_limits<double>::infinity() : predicting / kFrames_per_s);
@@ -151,7 +152,8 @@ void MeasureLatePolls(bool quick, Report& report) {
   for (int i = 0; i < kFirst; ++i) driven.Frame();
   for (int run = 0; run < (quick ? 2 : 10); ++run) {
     std::vector<double> usual;
-    for (int i = 0; i < 120; ++i) usual.push_back(driven.Frame());
+    usual.reserve(kUsual);
+    for (int i = 0; i < kUsual; ++i) usual.push_back(driven.Frame());
     usual_work.push_back(Quantile(usual, 0.5));
     for (int i = 0; i < static_cast<int>(client::kTickRate); ++i) driven.Advance();
     int needed = 0;
