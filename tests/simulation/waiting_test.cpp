@@ -156,7 +156,7 @@ TEST_F(WaitingSimulationTest, EachEventGoesAlongWithItsBodyOnceUnderEveryFault) 
   EXPECT_GT(deaths, 10U);
   EXPECT_GT(travelled, 100U) << "events that waited while their bodies were handed over";
   std::printf("%lld events, %lu of them handed over with their bodies; %lu deaths, %lu handovers, %lu planned maps\n",
-              static_cast<long long>(4 * 4 * kGates * kBallsInStreet), static_cast<unsigned long>(travelled),
+              static_cast<long long>(kGates) * kBallsInStreet * 16, static_cast<unsigned long>(travelled),
               static_cast<unsigned long>(deaths), static_cast<unsigned long>(handovers),
               static_cast<unsigned long>(planned));
 }
