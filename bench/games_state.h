@@ -1,5 +1,5 @@
-// Scene `state` of the suite `games`: a region dies again and again during a match, and all that clients had been told
-// of is there afterwards.
+// Scene `state` of the suite `games`: a region dies again and again during a match, and afterwards all is there that
+// clients had been told.
 #pragma once
 
 #include <cstdint>

@@ -152,9 +152,9 @@ absl::StatusOr<v1::RestoreInstanceResponse> ControlPlane::RestoreInstance(const 
 absl::StatusOr<std::string> ControlPlane::StateFile(const v1::FetchStateRequest& request) {
   if (!files_) return NoFiles();
   const absl::Status status = Call([&](Cluster& cluster, Now) {
-    if (importing_.contains(request.instance_id()))
-      return absl::UnavailableError("id: its files are being kept; ask again");
-    return cluster.CheckFetch(request);
+    absl::Status allowed = cluster.CheckFetch(request);
+    if (!allowed.ok() || !importing_.contains(request.instance_id())) return allowed;
+    return absl::UnavailableError("id: its files are being kept; ask again");
   });
   if (!status.ok()) return status;
   return files_->Read(request.instance_id(), request.tick(), RegionFileName(request.region()));

@@ -23,8 +23,8 @@
 namespace tessera::worker {
 namespace {
 
-// A sanitizer's runtime makes a process that traces this one to look for leaks, starts a program that names the lines
-// of a fault, and reserves terabytes.
+// A sanitizer's runtime makes a process that traces this one to look for leaks, starts a program that names a fault's
+// lines, and reserves terabytes.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #elif defined(__has_feature)

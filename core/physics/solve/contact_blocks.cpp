@@ -196,8 +196,8 @@ void MakeGood(const ContactConstraint& contact, const Block& block, int lane, bo
   manifold.turn_on_b = lacks - manifold.turn_on_a;
 }
 
-// Makes good what such a contact made (see MakeGood) without turning a body: its impulse would have had the direction
-// of the two centres when it acted, so part of it is given athwart of them. As much energy as that adds is taken from
+// Makes good what such a contact made (see MakeGood) without turning a body: when it acted, its impulse would have had
+// the direction of the two centres, so part of it is given athwart of them. As much energy as that adds is taken from
 // the motion along the line of centres. `apart` is from the centre of a to that of b by now.
 Vec3f Deflect(Vec3f apart, Vec3f lacks, const SolvedMass& mass_a, const SolvedMass& mass_b, SolvedState& a,
               SolvedState& b) {

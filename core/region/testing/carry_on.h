@@ -13,8 +13,8 @@
 
 namespace tessera::region {
 
-// `expected`: the bodies that the world should have, ascending. The result tells which of them are lost. Errors: those
-// of the steps of a failover.
+// `expected`: the bodies that the world should have, ascending. The result tells which of them are lost. Errors are
+// those that the steps of a failover give.
 inline absl::StatusOr<Resolution> CarryOn(Region& heir, RegionId dead, const StandbyCopy& copy,
                                           const std::vector<BodyId>& expected = {}) {
   const auto map = FailoverMap(heir.map(), std::vector{dead}, MapVersion(heir.map().version().value() + 1));
