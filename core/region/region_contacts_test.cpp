@@ -13,6 +13,7 @@
 #include "core/region/region.h"
 #include "core/region/standby_copy.h"
 #include "core/region/testing/carry_on.h"
+#include "core/region/testing/regions_in_step.h"
 #include "core/region/testing/small_world.h"
 #include "core/world/partition_change.h"
 #include "game_sdk/api/api.h"
@@ -30,7 +31,7 @@ constexpr std::uint64_t kEnd = 60;
 
 // Two balls fly towards each other along x, meet at `meet` in tick 15, and part again. Each counts in its properties,
 // which a death takes back together with what was counted.
-class ContactsTest : public ::testing::Test {
+class ContactsTest : public RegionsInStep {
  protected:
   void Begin(double meet, bool lower_first) {
     const double way = lower_first ? -2 : 2;
@@ -85,26 +86,6 @@ class ContactsTest : public ::testing::Test {
     hosts_.push_back(config.game);
     return std::make_unique<Region>(std::move(config));
   }
-  void Send(const std::vector<OutgoingFrame>& frames, RegionId from) {
-    for (const OutgoingFrame& frame : frames) {
-      const absl::Status status = regions_.at(frame.to)->Receive(from, frame.bytes);
-      ASSERT_TRUE(status.ok()) << status;
-    }
-  }
-  void Step() {
-    std::map<RegionId, StepResult> results;
-    for (auto& [id, region] : regions_) {
-      ASSERT_TRUE(region->CanStep());
-      results[id] = region->Step();
-    }
-    for (auto& [id, result] : results) {
-      Send(result.frames, id);
-      logs[id] = result.log;
-    }
-  }
-  void StepTo(std::uint64_t tick) {
-    while (regions_.begin()->second->tick().value() < tick) ASSERT_NO_FATAL_FAILURE(Step());
-  }
   Region& at(RegionId id) { return *regions_.at(id); }
   std::int64_t Count(BodyId body, const char* name) {
     for (const auto& [id, region] : regions_) {
@@ -135,8 +116,6 @@ class ContactsTest : public ::testing::Test {
   }
 
   ScriptedGame game;
-  std::map<RegionId, std::unique_ptr<Region>> regions_;
-  std::map<RegionId, Bytes> logs;
   std::map<BodyId, double> normals;
 
  private:

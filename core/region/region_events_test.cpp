@@ -13,6 +13,7 @@
 #include "core/region/region_state.h"
 #include "core/region/standby_copy.h"
 #include "core/region/testing/carry_on.h"
+#include "core/region/testing/regions_in_step.h"
 #include "core/region/testing/small_world.h"
 #include "core/world/partition_change.h"
 #include "game_sdk/api/api.h"
@@ -36,7 +37,7 @@ using Told = std::tuple<std::uint32_t, std::uint64_t, std::uint64_t>;
 
 // Balls fly one behind the other through a gate in region 1, and over the border into region 2. An effect pushes them
 // while they are in the gate. Until tick kBusyUntil the world's on_tick uses up all of each tick's work.
-class WaitingEventsTest : public ::testing::Test {
+class WaitingEventsTest : public RegionsInStep {
  protected:
   void Begin(std::uint32_t regions) {
     std::vector<Vec3d> places;
@@ -104,26 +105,6 @@ class WaitingEventsTest : public ::testing::Test {
     config.game = *std::move(host);
     return std::make_unique<Region>(std::move(config));
   }
-  void Send(const std::vector<OutgoingFrame>& frames, RegionId from) {
-    for (const OutgoingFrame& frame : frames) {
-      const absl::Status status = regions_.at(frame.to)->Receive(from, frame.bytes);
-      ASSERT_TRUE(status.ok()) << status;
-    }
-  }
-  void Step() {
-    std::map<RegionId, StepResult> results;
-    for (auto& [id, region] : regions_) {
-      ASSERT_TRUE(region->CanStep());
-      results[id] = region->Step();
-    }
-    for (auto& [id, result] : results) {
-      Send(result.frames, id);
-      logs[id] = result.log;
-    }
-  }
-  void StepTo(std::uint64_t tick) {
-    while (regions_.begin()->second->tick().value() < tick) ASSERT_NO_FATAL_FAILURE(Step());
-  }
   Region& at(std::uint32_t id) { return *regions_.at(RegionId(id)); }
   // `blasts`: how many effects reached each ball.
   void ExpectEachOnce(const char* when, std::uint64_t about, int blasts) {
@@ -135,9 +116,7 @@ class WaitingEventsTest : public ::testing::Test {
   }
 
   ScriptedGame game;
-  std::map<RegionId, std::unique_ptr<Region>> regions_;
   std::map<Told, int> told;
-  std::map<RegionId, Bytes> logs;
 
  private:
   std::shared_ptr<const Scene> scene_;
