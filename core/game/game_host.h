@@ -115,6 +115,10 @@ class GameHost {
   // Events that came along with a body: they wait after those that wait already.
   void Wait(std::span<const GameEvent> events);
   bool waits() const { return !waiting_.empty(); }
+  // Whether the event goes to its body in a message of the other body's, which reports it: the body is owned elsewhere,
+  // or an earlier event of the pair is still on such a way. The world calls it for the ends of touches of a body that
+  // it is about to remove.
+  bool TellByMessage(const GameEvent& event, GameWorld& world);
   // Takes the place of another game of the same world: events that wait and lines are this one's now, and its figures
   // go on.
   void TakeOver(GameHost& other);
@@ -158,9 +162,6 @@ class GameHost {
   void RunCommands(GameWorld& world);
   void RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world);
   void RunEvents(GameWorld& world);
-  // Whether the event goes to its body in a message of the other body's, which reports it: the body is owned elsewhere,
-  // or an earlier event of the pair is still on such a way.
-  bool TellByMessage(const GameEvent& event, GameWorld& world);
   void RunToldEvent(BodyId target, const HeldMessage& message, GameWorld& world);
   void RunMessages(GameWorld& world);
   void RunMessage(BodyId target, const HeldMessage& message, GameWorld& world);

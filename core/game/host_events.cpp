@@ -12,6 +12,20 @@
 #include "game_sdk/api/api.h"
 
 namespace tessera::game {
+namespace {
+
+// Whether the other body, which is gone, said so itself before it went: its message waits, or is still under way.
+bool WasTold(const GameEvent& event, const GameWorld& world) {
+  if (!world.Owns(event.self)) return false;
+  const Mail from = world.RecordOf(event.other).mail, to = world.RecordOf(event.self).mail;
+  const auto says_it = [&](const Message& what) { return what.verb == kEventVerbs + event.callback; };
+  return std::ranges::any_of(
+             from.outbox, [&](const SentMessage& sent) { return sent.target == event.self && says_it(sent.what); }) ||
+         std::ranges::any_of(to.inbox,
+                             [&](const HeldMessage& held) { return held.sender == event.other && says_it(held.what); });
+}
+
+}  // namespace
 
 void GameHost::SettleAllJoints(GameWorld& world) {
   for (const BodyId id : world.Jointed()) {
@@ -147,7 +161,8 @@ void GameHost::RunEvents(GameWorld& world) {
 // it. Both are in that tick's state, so a death takes back both or none.
 bool GameHost::TellByMessage(const GameEvent& event, GameWorld& world) {
   if (event.callback < kOnBodyContact || event.callback > kOnBodyLeft) return false;
-  if (event.self < event.other || !world.Owns(event.other)) return false;
+  if (event.self < event.other) return false;
+  if (!world.Owns(event.other)) return WasTold(event, world);
   const BodyDef* const here = world.Find(event.self);
   const BodyDef* const def = here != nullptr ? here : DefinitionOf(*scene_, event.self);
   if (def == nullptr || def->motion != Motion::kDynamic || def->kind == 0) return false;

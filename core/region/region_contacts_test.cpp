@@ -41,7 +41,7 @@ class ContactsTest : public RegionsInStep {
     for (BodyDef& def : scene.bodies) {
       def.may_sleep = false;
       def.kind = 1;
-      def.material.restitution = 1;
+      def.material.restitution = bounce;
       def.material.friction = 0;
       const bool to_the_right = def.initial.position.x < meet;
       def.initial.linear_velocity = {to_the_right ? 6.0F : -6.0F, 0, 0};
@@ -57,6 +57,11 @@ class ContactsTest : public RegionsInStep {
     for (auto& [id, region] : regions_) Send(region->Start(), id);
   }
   void Script() {
+    game.On(game::kOnBodyTick, "ball", [this](GameCalls& calls, Arguments arguments) {
+      const BodyId self(arguments[0].as.id);
+      if (removed_in == 0 || self != kLower || !calls.Call(game::kWorldTick, {})) return true;
+      return calls.result().as.whole != static_cast<std::int64_t>(removed_in) || calls.Call(game::kBodyRemove, {self});
+    });
     const auto count = [](GameCalls& calls, Arguments arguments, const char* name) {
       const BodyId self(arguments[0].as.id);
       EXPECT_EQ(BodyId(arguments[1].as.id), self == kLower ? kHigher : kLower);
@@ -67,7 +72,7 @@ class ContactsTest : public RegionsInStep {
       const auto contact = game::FieldsFrom(arguments[2]);
       EXPECT_TRUE(contact.ok() && contact->size() == 3) << arguments[0].as.id;
       if (contact.ok() && contact->size() == 3) {
-        EXPECT_NEAR(std::get<double>((*contact)[0].second), 12, 0.5) << "1 kg turns round at 6 m/s";
+        EXPECT_NEAR(std::get<double>((*contact)[0].second), 6 * (1 + bounce), 0.5) << "1 kg at 6 m/s";
         normals[BodyId(arguments[0].as.id)] = std::get<Vec3d>((*contact)[1].second).x;
       }
       return count(calls, arguments, "met");
@@ -104,6 +109,9 @@ class ContactsTest : public RegionsInStep {
     }
     EXPECT_NEAR(normals[kLower], -normals[kHigher], 1e-9) << "each from the other one";
     EXPECT_NEAR(std::abs(normals[kLower]), 1, 1e-3);
+    ExpectNoFaults();
+  }
+  void ExpectNoFaults() {
     for (const auto& host : hosts_) {
       for (const game::GameLine& line : host->TakeLines()) ADD_FAILURE() << line.text;
       EXPECT_EQ(host->statistics().dropped_events, 0U);
@@ -116,6 +124,8 @@ class ContactsTest : public RegionsInStep {
   }
 
   ScriptedGame game;
+  double bounce = 1;             // restitution of both
+  std::uint64_t removed_in = 0;  // the tick in which the game removes the lower one; 0: it stays
   std::map<BodyId, double> normals;
 
  private:
@@ -139,6 +149,30 @@ TEST_F(ContactsTest, EachOfTwoIsCalledOnceWhereverTheyMeet) {
     }
   }
   EXPECT_GE(across, 20) << "many of them met across the border";
+}
+
+// The lower one is removed while they lie against each other, in a tick before, while or after the touch is told over
+// the border: the other one hears that it ended, once, and never before it began.
+TEST_F(ContactsTest, WhoTouchesOneThatIsRemovedHearsThatItEnded) {
+  int across = 0;
+  for (const bool lower_first : {true, false}) {
+    for (double meet = -1; meet <= 1; meet += 0.125) {
+      for (std::uint64_t gone = 20; gone <= 40; gone += 4) {
+        SCOPED_TRACE(testing::Message() << "at " << meet << ", the lower one " << (lower_first ? "left" : "right")
+                                        << ", gone in tick " << gone);
+        bounce = 0;
+        removed_in = gone;
+        Begin(meet, lower_first);
+        ASSERT_NO_FATAL_FAILURE(StepTo(kEnd));
+        EXPECT_EQ(Count(kLower, "met"), -1) << "it is gone";
+        EXPECT_EQ(Count(kHigher, "met"), 1);
+        EXPECT_EQ(Count(kHigher, "parted"), 1);
+        ExpectNoFaults();
+        across += MessagesApplied() > 1 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GE(across, 40) << "many of them met across the border";
 }
 
 // One region dies in each of the ticks about the touch, with a standby that is up to two ticks behind. Where that takes

@@ -118,8 +118,17 @@ void RegionGame::Spawn(BodyId id, const BodyState& state) {
   output_.Spawned(id, tick_);
 }
 
+// Those of other regions whom the body touches hear from it that it is gone: nobody could tell them in its name later.
+void RegionGame::EndTouches(BodyId id) {
+  for (const TouchingPair& pair : reports_.Pairs(id)) {
+    const BodyId other = pair.body_a == id ? pair.body_b : pair.body_a;
+    host_->TellByMessage({pair.trigger ? game::kOnBodyLeft : game::kOnBodyContactEnded, other, id}, *this);
+  }
+}
+
 // One that still has messages under way leaves its tombstone when they are acknowledged.
 void RegionGame::Remove(BodyId id) {
+  EndTouches(id);
   const KeptRecord* const record = records_.Find(id);
   if (record != nullptr && !record->game.mail.outbox.empty()) {
     removed_.push_back(ownership_.Retire(id));

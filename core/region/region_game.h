@@ -19,6 +19,7 @@
 #include "core/region/catalog.h"
 #include "core/region/message_relay.h"
 #include "core/region/ownership.h"
+#include "core/region/pair_reports.h"
 #include "core/region/question_desk.h"
 #include "core/region/record_table.h"
 #include "core/region/region_players.h"
@@ -35,7 +36,7 @@ class RegionGame : private game::GameWorld {
   RegionGame(std::shared_ptr<game::GameHost> host, RegionId self, Incarnation maker, const Catalog& catalog,
              const Bodies& bodies, RecordTable& records, Ownership& ownership, Tombstones& tombstones,
              OutputCommit& output, SharedProperties& shared, BlastTable& blasts, const MessageRelay& messages,
-             const RegionPlayers& players, const QuestionDesk& questions)
+             const RegionPlayers& players, const PairReports& reports, const QuestionDesk& questions)
       : host_(std::move(host)),
         self_(self),
         catalog_(catalog),
@@ -48,6 +49,7 @@ class RegionGame : private game::GameWorld {
         blasts_(blasts),
         messages_(messages),
         players_(players),
+        reports_(reports),
         questions_(questions),
         ids_(maker) {}
 
@@ -84,6 +86,7 @@ class RegionGame : private game::GameWorld {
   void Inspect(Tick tick, game::GameHost::Inspection act) { host_->Inspect(tick, *this, act); }
 
  private:
+  void EndTouches(BodyId id);
   // Events that bodies brought along wait for their turn here.
   void UnpackEvents();
   bool IsNext(std::uint32_t number) const { return next_ != nullptr && next_->number() == number; }
@@ -143,6 +146,7 @@ class RegionGame : private game::GameWorld {
   BlastTable& blasts_;
   const MessageRelay& messages_;
   const RegionPlayers& players_;
+  const PairReports& reports_;
   const QuestionDesk& questions_;
   SpawnedIds ids_;
   Tick tick_;

@@ -62,7 +62,7 @@ RegionParts::RegionParts(const Config& config)
       ownership(catalog, bodies, players, reports, records, output, shared, blasts),
       questions(catalog, neighborhood, bodies, records, shared),
       game(config.game, config.self, config.incarnation, catalog, bodies, records, ownership, tombstones, output,
-           shared, blasts, messages, players, questions),
+           shared, blasts, messages, players, reports, questions),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),
