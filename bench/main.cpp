@@ -9,6 +9,7 @@
 
 #include "bench/accuracy.h"
 #include "bench/borders.h"
+#include "bench/crowd.h"
 #include "bench/dissertation.h"
 #include "bench/failover.h"
 #include "bench/games.h"
@@ -45,6 +46,11 @@ constexpr Suite kSuites[] = {
     {"lean", "What a scene does not need: its cost where it is present but unneeded", RunLean},
     {"borders", "1, 2, 4, 9 regions against one world: errors, momentum, outcomes, prediction, and what they cost",
      RunBorders},
+    {"crowd",
+     "All players and bodies in one spot against the same ones spread out: the busiest region's CPU, clients' bytes "
+     "and "
+     "rates; --only takes regions=1, regions=4, balanced or threads",
+     RunCrowd},
     {"games", "Game code: a callback against bare Lua and against a step, and bodies that come and go", RunGames},
     {"snapshots", "Bits and time to show 901 cubes: a bit packer step by step, the fast and the dense coder",
      RunSnapshots},

@@ -9,10 +9,10 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
+#include "bench/acknowledger.h"
 #include "core/replication/input.h"
 #include "core/replication/interest.h"
 #include "core/replication/quantize.h"
-#include "core/replication/record_codec.h"
 #include "core/replication/snapshot.h"
 #include "core/replication/testing/moving_bodies.h"
 #include "net/endpoint.h"
@@ -123,32 +123,16 @@ class FarClient {
       if (!got.ok()) ++refused;
       return;
     }
-    BitReader reader(bytes);
-    SnapshotHeader header;
-    if (!ReadHeader(reader, header).ok()) return;
-    if (header.sequence > newest_) {
-      const std::uint32_t shift = header.sequence - newest_;
-      mask_ = shift >= 64 ? 0 : mask_ << shift;
-      if (newest_ != 0 && shift <= 64) mask_ |= std::uint64_t{1} << (shift - 1);
-      newest_ = header.sequence;
-    }
+    acknowledger_.Take(bytes);
   }
-  Bytes Ack() const {
-    if (receiver_) return receiver_->WriteAck();
-    if (newest_ == 0) return {};
-    BitWriter writer;
-    writer.Write(newest_, 32);
-    writer.Write(mask_, 64);
-    return writer.Finish();
-  }
+  Bytes Ack() const { return receiver_ ? receiver_->WriteAck() : acknowledger_.Answer(); }
 
   std::mt19937 random_;
   std::size_t delay_;  // snapshots
   std::unique_ptr<net::Endpoint> endpoint_;
   net::PeerHandle peer_;
   std::optional<SnapshotReceiver> receiver_;
-  std::uint32_t newest_ = 0;
-  std::uint64_t mask_ = 0;
+  Acknowledger acknowledger_;
   std::deque<Bytes> answers_;
   Vec3d place_;
   double heading_ = 0;

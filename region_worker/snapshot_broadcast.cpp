@@ -6,12 +6,11 @@
 #include "core/replication/interest.h"
 #include "core/world/viewer_number.h"
 #include "region_worker/core/time.h"
+#include "region_worker/core/view_share.h"
 
 namespace tessera::worker {
 namespace {
 
-// Share of a client's bytes a second that the owner of its body may use, where interest has a radius.
-constexpr double kShareOfOwner = 0.5;
 // Bytes a second that each region sends a viewer, whatever the scene allows a player: it sees everything, and stands in
 // a data centre. Some 5000 bodies that all move, 30 times a second.
 constexpr double kViewerBytes_per_s = 2.5e6;
@@ -121,8 +120,7 @@ std::vector<SnapshotBroadcast::Recipient> SnapshotBroadcast::Recipients(const Ga
 }
 
 // The view is centred on the client's body: as it is here, or where its owner says that it is; a client never says
-// where it looks from. While the place is unknown, a region sends all that it has. The body's owner may use half of the
-// client's bytes a second.
+// where it looks from. While the place is unknown, a region sends all that it has.
 replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, const PlayerPlaces* places,
                                                   const ConnectedClient& client) const {
   if (IsViewer(client.player)) return {.budget_share = kViewerBytes_per_s / settings_.client_bytes_per_s};
@@ -135,11 +133,10 @@ replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, 
     view.centre = places->At(client.player, region.tick());
     view.team = places->TeamAt(client.player, region.tick());
   }
-  const auto regions = static_cast<double>(region.map().regions().size());
-  if (settings_.interest_radius_m <= 0) {
-    view.budget_share = 1 / regions;
-  } else if (regions > 1) {
-    view.budget_share = here ? kShareOfOwner : (1 - kShareOfOwner) / (regions - 1);
+  if (settings_.interest_radius_m > 0 && view.centre.has_value()) {
+    view.budget_share = ViewShare(region.map(), self_, *view.centre, settings_.interest_radius_m);
+  } else {
+    view.budget_share = 1 / static_cast<double>(region.map().regions().size());
   }
   return view;
 }

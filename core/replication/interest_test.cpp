@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <deque>
 #include <map>
 #include <random>
+#include <utility>
 
 #include "core/replication/quantize.h"
 #include "core/replication/snapshot.h"
@@ -219,6 +222,77 @@ TEST(InterestTest, ADebtOfLongAgoDoesNotStarveTheClient) {
   };
   EXPECT_GE(sent(0.001, 1800), 1800u) << "one at least, each time";
   EXPECT_GT(sent(1, 15), 200u);
+}
+
+// Bodies that go round at a distance of 5 and of 30 m, all of them in every snapshot, and a client between them that
+// may be sent so much of it.
+class CrowdTest : public testing::Test {
+ protected:
+  static constexpr std::size_t kNear = 100, kAll = 800;
+
+  // How many of so many snapshots brought a body, in the mean of the near ones and of the far ones.
+  std::pair<double, double> Rates(double share, int snapshots) {
+    std::array<double, 2> came{};
+    deferred = 0;
+    for (int n = 0; n < snapshots; ++n) {
+      tick_ += 2;
+      history_.Push(Tick(tick_), Circle(), {});
+      const WrittenSnapshot written =
+          sender_.Write(history_, {.centre = Vec3d(), .own = BodyId(1), .budget_share = share}, 0, 0);
+      deferred += written.deferred;
+      for (const Bytes& bytes : written.datagrams) {
+        const auto got = receiver_.Read(bytes);
+        EXPECT_TRUE(got.ok()) << got.status();
+        if (!got.ok()) continue;
+        for (const BodyRecord& body : got->bodies) came[body.id.value() <= kNear ? 0 : 1] += 1;
+      }
+      EXPECT_TRUE(sender_.Acknowledge(receiver_.WriteAck()).ok());
+    }
+    return {came[0] / (kNear * snapshots), came[1] / ((kAll - kNear) * snapshots)};
+  }
+
+  std::uint32_t deferred = 0;
+
+ private:
+  static SnapshotSettings Settings() {
+    SnapshotSettings settings;
+    settings.interest_radius_m = 60;
+    settings.client_bytes_per_s = 200'000;
+    return settings;
+  }
+  std::vector<BodyRecord> Circle() const {
+    std::vector<BodyRecord> bodies;
+    bodies.reserve(kAll);
+    for (std::size_t i = 0; i < kAll; ++i) {
+      const double radius = i < kNear ? 5 : 40, angle = static_cast<double>(i) + static_cast<double>(tick_) / 60;
+      BodyRecord body{.id = BodyId(i + 1), .epoch = Epoch(1), .state = {}};
+      body.state.position = {radius * std::cos(angle), 0.5, radius * std::sin(angle)};
+      body.state.linear_velocity = {static_cast<float>(-radius * std::sin(angle)), 0,
+                                    static_cast<float>(radius * std::cos(angle))};
+      bodies.push_back(body);
+    }
+    return bodies;
+  }
+
+  const SnapshotSettings settings_ = Settings();
+  SnapshotHistory history_{kArena, settings_};
+  SnapshotSender sender_{settings_};
+  SnapshotReceiver receiver_{kArena, settings_};
+  std::uint64_t tick_ = 0;
+};
+
+TEST_F(CrowdTest, WhatIsNearComesWithEachSnapshotAndWhatIsFarAsOftenAsThereIsRoom) {
+  Rates(1, 30);  // it joins
+  EXPECT_EQ(Rates(1, 64), std::pair(1.0, 0.25));
+  EXPECT_EQ(deferred, 0U);
+  Rates(0.2, 60);
+  const auto [near, far] = Rates(0.2, 64);
+  EXPECT_EQ(near, 1);
+  EXPECT_LE(far, 0.125);
+  EXPECT_GE(far, 0.0625);
+  EXPECT_EQ(deferred, 0U) << "what is due fits again";
+  Rates(1, 60);
+  EXPECT_EQ(Rates(1, 64), std::pair(1.0, 0.25)) << "there is room again";
 }
 
 TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {

@@ -20,8 +20,8 @@ constexpr double kBurst_s = 0.1;
 // dropped the baseline (snapshot_receiver.cpp says how many states of one are kept).
 constexpr std::uint8_t kMaxUnanswered = 40;
 // Priorities are whole numbers: a body that is sent with each snapshot gains this much a snapshot.
-constexpr int kPriorityUnit = 4;
-static_assert(kPriorityUnit % Viewer::kFarPeriod == 0);
+constexpr int kPriorityUnit = 16;
+static_assert(kPriorityUnit % (Viewer::kFarPeriod << Viewer::kMaxThinning) == 0);
 // A body is sent out of turn when it has waited so many times its period.
 constexpr int kOverdue = 2;
 // A body that the client does not have goes ahead of others, as if it had waited so many snapshots.
@@ -31,6 +31,13 @@ constexpr std::size_t kMaxDepartures = 200;
 // Datagrams kept for a client that acknowledges nothing.
 constexpr std::size_t kMaxSent = 4096;
 constexpr std::size_t kAckBytes = 12;
+
+// So many snapshots in a row leave out more than an eighth of what is due, or use less than half of the budget, before
+// bodies that are not near are sent half as often, or twice.
+constexpr std::uint32_t kThinAfter = 4, kThickenAfter = 20;
+constexpr std::size_t kMuch = 8;
+// Bits of a record with its head, by which it is told whether all that is due may fit, and how much of it to sort.
+constexpr double kLikelyBits = 120, kFewBits = 50;
 
 // How many entries ahead memory is asked for.
 constexpr std::size_t kAhead = 8;
@@ -196,7 +203,7 @@ bool SnapshotSender::Impl::Due(const History& history, const Viewer& viewer, Bod
     if (!repeat && history.now - body.sent < repeat_after) return false;
   }
   distance_squared = viewer.DistanceSquared(data);
-  const std::uint32_t period = viewer.Period(distance_squared);
+  const std::uint32_t period = viewer.Period(distance_squared, thinning);
   body.priority =
       static_cast<std::uint16_t>(std::min(body.priority + kPriorityUnit / static_cast<int>(period), 0xffff));
   // All clients that see a body at one distance are sent it at the same ticks, so that one record serves them.
@@ -277,21 +284,36 @@ void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& 
 
 // --- Writing ---------------------------------------------------------------------------------------------------------
 
-// Sorts the candidates by importance: how near they are, and how long they have waited.
-void SnapshotSender::Impl::SortByScore() {
-  std::vector<std::pair<float, std::uint32_t>> order;  // negative score, index
-  order.reserve(candidates.size());
+// Puts the `most` most important candidates first, in order: those that are near, and have waited long.
+void SnapshotSender::Impl::SortByScore(std::size_t most) {
+  order.clear();
   for (const Candidate& candidate : candidates) {
     const float score = candidate.id == own
                             ? std::numeric_limits<float>::max()
                             : dirty[candidate.dirty].priority / (0.1f + std::sqrt(candidate.distance_squared));
     order.emplace_back(-score, static_cast<std::uint32_t>(order.size()));
   }
-  std::sort(order.begin(), order.end());
-  std::vector<Candidate> sorted;
-  sorted.reserve(candidates.size());
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(most, order.size()));
+  if (end != order.end()) std::nth_element(order.begin(), end, order.end());
+  std::sort(order.begin(), end);
+  sorted.clear();
   for (const auto& place : order) sorted.push_back(candidates[place.second]);
-  candidates = std::move(sorted);
+  std::swap(candidates, sorted);
+}
+
+// A crowd is shown less often where it is not near, rather than each time another part of it: clients that are sent a
+// body at the same snapshots share its record.
+void SnapshotSender::Impl::Thin(std::size_t deferred, bool much_left) {
+  const bool crowded = deferred * kMuch > candidates.size();
+  crowded_for = crowded ? crowded_for + 1 : 0;
+  idle_for = !crowded && deferred == 0 && much_left ? idle_for + 1 : 0;
+  if (crowded_for >= kThinAfter && thinning < Viewer::kMaxThinning) {
+    ++thinning;
+    crowded_for = 0;
+  } else if (idle_for >= kThickenAfter && thinning > 0) {
+    --thinning;
+    idle_for = 0;
+  }
 }
 
 // Chooses the most important candidates that the budget holds, and puts them in the order of their ids.
@@ -300,8 +322,10 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
   const auto most = static_cast<double>(settings.max_datagram_bytes);
   const double usable = most / (kDatagramOverheadBytes + most);
   double bits_left = std::max(0.0, (allowance_bytes - kDatagramOverheadBytes - 24) * 8 * usable);
-  constexpr double kLikelyBits = 120;
-  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) SortByScore();
+  const double had = bits_left;
+  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) {
+    SortByScore(static_cast<std::size_t>(bits_left / kFewBits) + 1);
+  }
   const double near = settings.velocity_radius_m * settings.velocity_radius_m;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (i + kAhead < candidates.size()) history.PrefetchSlot(candidates[i + kAhead].key);
@@ -329,6 +353,8 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
     body.priority = 0;
     body.acknowledged.unanswered = static_cast<std::uint8_t>(std::min(body.acknowledged.unanswered + 1, 255));
   }
+  const double earned = 8 * settings.client_bytes_per_s * view.budget_share / settings.tick_rate_hz;
+  Thin(result.deferred, had - bits_left < 0.5 * earned * static_cast<double>(history.now - history.previous));
   const auto by_id = [](const Chosen& a, const Chosen& b) { return a.id < b.id; };
   if (!std::is_sorted(chosen.begin(), chosen.end(), by_id)) std::sort(chosen.begin(), chosen.end(), by_id);
 }

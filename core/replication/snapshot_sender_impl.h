@@ -11,6 +11,7 @@
 #include <deque>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/container/btree_map.h"
@@ -137,7 +138,8 @@ struct SnapshotSender::Impl {
   };
   void FindCandidates(const History& history, const ClientView& view);
   bool Due(const History& history, const Viewer& viewer, BodyId id, DirtyEntity& body, float& distance_squared) const;
-  void SortByScore();
+  void SortByScore(std::size_t most);
+  void Thin(std::size_t deferred, bool much_left);
   void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
   static RecordCache::Key KeyFor(const History& history, const DirtyEntity& body);
   std::vector<DepartureRecord> DueDepartures(const History& history);
@@ -180,13 +182,17 @@ struct SnapshotSender::Impl {
   double round_trip_ticks = 6;     // smoothed
   std::uint64_t repeat_after = 0;  // ticks; a record sent more recently cannot have been acknowledged yet
   double allowance_bytes = 0;
+  // How much less often what is not near is sent than the viewer says, as a power of two; and for how many snapshots
+  // there has been too much, or room.
+  std::uint32_t thinning = 0, crowded_for = 0, idle_for = 0;
   // The head of the datagram written last.
   std::optional<Tick> sent_tick;
   std::uint32_t sent_input = 0;
   std::int32_t sent_margin = 0;
 
   // Scratch of Write, kept for its memory.
-  std::vector<Candidate> candidates;
+  std::vector<Candidate> candidates, sorted;
+  std::vector<std::pair<float, std::uint32_t>> order;  // negative score, index of the candidate
   std::vector<DirtyRef> unsorted_dirty;
   std::vector<std::uint32_t> seen_before;  // cells
   std::vector<SlotIndex> considered;
