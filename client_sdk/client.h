@@ -255,8 +255,7 @@ class Client {
   // A property that the scene declares: its owner's newest value; for a static body, and for one that is not in sight,
   // the scene's value. Nothing if the scene has no such body, or declares no such property.
   std::optional<PropertyValue> PropertyOf(BodyId body, std::string_view name) const;
-  // The same of the world: one of the scene's instance_properties. In a recording, and where the client may not see it,
-  // the scene's value.
+  // The same of the world: one of the scene's instance_properties. Where the client may not see it, the scene's value.
   std::optional<PropertyValue> WorldPropertyOf(std::string_view name) const;
   // All bodies at one moment in the recent past, so far back that their states from before and after it are mostly
   // here: between them linearly, beyond the newest along its velocity for at most kMaxExtrapolation. With

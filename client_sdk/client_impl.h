@@ -143,6 +143,7 @@ struct Client::Impl {
 
   // Talks with the game (client_talk.cpp).
   void AdoptWorldNews();
+  void ChangeWorld(PropertySet changed);
   void SendCommands(TimePoint now);
 
   void Sent(std::size_t bytes) { bytes_out += bytes; }

@@ -19,6 +19,15 @@ bool FollowsFromTheWorld(ClientEvent::Kind kind) {
          kind == Kind::kRecordingEnded || kind == Kind::kWorldPropertyChanged;
 }
 
+// The value is asked for after all events, so those before the last one would say the same.
+void KeepLastOfEachWorldProperty(std::vector<ClientEvent>& events) {
+  std::set<std::string> later;
+  for (std::size_t i = events.size(); i-- > 0;) {
+    if (events[i].kind != ClientEvent::Kind::kWorldPropertyChanged || later.insert(events[i].property).second) continue;
+    events.erase(events.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
 }  // namespace
 
 void Client::Impl::RegionChanged(TimePoint now, RegionId region, RegionEntry::Change change) {
@@ -72,6 +81,7 @@ std::vector<std::string> Client::TakeNotes() { return std::exchange(impl_->notes
 
 // Records the known world as if the regions had just begun to send, in the order of their ids.
 void Client::Impl::RecordAllKnown(TimePoint now) {
+  if (!world_changed.empty()) recorder->World(now, world_changed.Encode());
   std::map<RegionId, replication::ReceivedSnapshot> known;
   for (const auto& [id, body] : world.bodies()) {
     replication::ReceivedSnapshot& snapshot = known[body.region];
@@ -137,6 +147,11 @@ absl::Status Client::Seek(std::chrono::microseconds at) {
   for (const auto& [id, body] : impl_->world.bodies()) {
     sought->events.push_back({.kind = ClientEvent::Kind::kVanished, .body = id, .region = body.region});
   }
+  // It begins with the scene's own values; those that stood there come by events of their own.
+  for (const std::string_view name :
+       ChangedProperties(impl_->session.scene->instance_properties, impl_->world_changed, PropertySet())) {
+    sought->events.push_back({.kind = ClientEvent::Kind::kWorldPropertyChanged, .property = std::string(name)});
+  }
   impl_ = std::move(sought);
   return absl::OkStatus();
 }
@@ -155,6 +170,7 @@ void Client::Impl::PlayBack(TimePoint now) {
     // As the frames would have been drawn, so that the moment that is shown is right at once.
     if (catching_up) playout.Advance(at);
   }
+  if (catching_up) KeepLastOfEachWorldProperty(events);
   catching_up = false;
   world.Expire(now, events);
   if (replay->ended()) End(absl::OkStatus(), "the recording ends");
@@ -178,6 +194,7 @@ void Client::Impl::PlayStep(Replay::Step step) {
     session.map = std::move(standing->map);
     started = standing->started;
     state = started ? ClientState::kPlaying : ClientState::kWaiting;
+    ChangeWorld(std::move(standing->world));
     for (const auto& [region, connected] : standing->regions) {
       RegionChanged(step.at, region, RegionEntry::Change::kBegins);
       if (!connected) RegionChanged(step.at, region, RegionEntry::Change::kLost);
@@ -185,6 +202,8 @@ void Client::Impl::PlayStep(Replay::Step step) {
   } else if (auto* note = std::get_if<NoteEntry>(&step.what)) {
     if (notes.size() == kMaxNotes) notes.erase(notes.begin());
     notes.push_back(std::move(note->text));
+  } else if (auto* of_world = std::get_if<Replay::World>(&step.what)) {
+    ChangeWorld(std::move(of_world->changed));
   } else {
     auto& event = std::get<ClientEvent>(step.what);
     if (event.kind == ClientEvent::Kind::kStarted) {

@@ -52,27 +52,33 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
 }
 
 // Every region sends them. Without the scene nobody knows what they are.
-void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::NewsOfWorld& news) {
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::NewsOfWorld& news) {
   const auto version = [](const replication::NewsOfWorld& of) { return std::pair(of.epoch, of.tick); };
   if (world_news && version(news) <= version(*world_news)) return;
   if (!fetch && !PropertySet::Decode(news.properties, session.scene->instance_properties).ok()) {
     return connection.CountError();
   }
+  const bool same = world_news && world_news->properties == news.properties;
   world_news = news;
   AdoptWorldNews();
+  if (recorder && !same) recorder->World(now, news.properties);
 }
 
 void Client::Impl::AdoptWorldNews() {
   if (fetch || !world_news) return;
-  const std::vector<PropertyDef>& defs = session.scene->instance_properties;
-  absl::StatusOr<PropertySet> now = PropertySet::Decode(world_news->properties, defs);
+  absl::StatusOr<PropertySet> now = PropertySet::Decode(world_news->properties, session.scene->instance_properties);
   if (!now.ok()) return world_news.reset();
+  ChangeWorld(*std::move(now));
+}
+
+void Client::Impl::ChangeWorld(PropertySet changed) {
+  const std::vector<PropertyDef>& defs = session.scene->instance_properties;
   // A value that was set to the scene's own is no change.
   for (const PropertyDef& def : defs) {
-    if (ValueOf(defs, {}, world_changed, def.name) == ValueOf(defs, {}, *now, def.name)) continue;
+    if (ValueOf(defs, {}, world_changed, def.name) == ValueOf(defs, {}, changed, def.name)) continue;
     events.push_back({.kind = ClientEvent::Kind::kWorldPropertyChanged, .property = def.name});
   }
-  world_changed = *std::move(now);
+  world_changed = std::move(changed);
 }
 
 // To the region that owns the own body, and to all while that is unknown.

@@ -52,6 +52,7 @@ void Recorder::Region(TimePoint now, RegionId region, RegionEntry::Change change
 void Recorder::Map(TimePoint now, std::string map) { Wait({now, MapEntry{std::move(map)}}); }
 void Recorder::Event(TimePoint now, const ClientEvent& event) { Wait({now, event}); }
 void Recorder::Note(TimePoint now, std::string text) { Wait({now, NoteEntry{std::move(text)}}); }
+void Recorder::World(TimePoint now, replication::Bytes properties) { Wait({now, WorldEntry{std::move(properties)}}); }
 
 std::chrono::microseconds Recorder::Since(TimePoint at) const {
   if (!begin_) return {};
@@ -111,6 +112,9 @@ absl::Status Recorder::Write(Waiting waiting) {
     entry.what = std::move(*map);
   } else if (auto* note = std::get_if<NoteEntry>(&waiting.what)) {
     entry.what = std::move(*note);
+  } else if (auto* world = std::get_if<WorldEntry>(&waiting.what)) {
+    world_ = world->properties;
+    entry.what = std::move(*world);
   } else {
     auto& event = std::get<ClientEvent>(waiting.what);
     started_ = started_ || event.kind == ClientEvent::Kind::kStarted;
@@ -125,6 +129,7 @@ absl::Status Recorder::WriteKeyIfDue(std::chrono::microseconds at) {
   last_key_ = at;
   KeyEntry key{.started = started_, .map = map_, .regions = {connected_.begin(), connected_.end()}};
   key.frames = static_cast<std::uint32_t>(streams_.size());
+  key.world = world_;
   absl::Status status = writer_.Write({at, std::move(key)});
   for (auto& [region, stream] : streams_) {
     FrameEntry frame{.region = region, .last_input = stream.last_input};

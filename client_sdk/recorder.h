@@ -38,6 +38,8 @@ class Recorder {
   void Map(TimePoint now, std::string map);
   void Event(TimePoint now, const ClientEvent& event);
   void Note(TimePoint now, std::string text);
+  // The world's properties from now on: PropertySet::Encode.
+  void World(TimePoint now, replication::Bytes properties);
   std::uint64_t bytes() const { return writer_.bytes(); }
 
   // Writes what need not wait any more. Errors: those of RecordingWriter::Write; nothing more is written then.
@@ -75,7 +77,7 @@ class Recorder {
   };
   struct Waiting {
     TimePoint at;
-    std::variant<OpenFrame, RegionEntry, MapEntry, ClientEvent, NoteEntry> what;
+    std::variant<OpenFrame, RegionEntry, MapEntry, ClientEvent, NoteEntry, WorldEntry> what;
   };
 
   void Wait(Waiting waiting);
@@ -100,6 +102,7 @@ class Recorder {
   // As of what is written.
   bool started_;
   std::string map_;                     // WrittenMap
+  replication::Bytes world_;            // properties; empty: as the scene gives them
   std::map<RegionId, bool> connected_;  // regions that have begun
   std::chrono::microseconds last_key_{};
   std::uint64_t last_key_end_ = 0, last_key_bytes_ = 0;

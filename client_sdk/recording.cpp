@@ -91,7 +91,7 @@ absl::StatusOr<RecordingSummary> SummaryOf(const std::string& file) {
   begin.resize(static_cast<std::size_t>(in.gcount()));
   ByteReader words(begin);
   const std::uint32_t magic = words.U32(), format = words.U32();
-  if (!words.ok() || magic != kRecordingMagic || format != kRecordingFormat) {
+  if (!words.ok() || magic != kRecordingMagic || !IsRead(format)) {
     return absl::InvalidArgumentError(absl::StrCat(file, ": is not a recording that this library reads"));
   }
   words.U32();  // length and checksum of an entry that is not read to its end
@@ -168,9 +168,9 @@ absl::Status RecordingReader::Check() {
   if (size_ < preamble.size() || !TakeAll(*in_, preamble) || words.U32() != kRecordingMagic) {
     return absl::InvalidArgumentError(absl::StrCat(name_, ": is not a recording"));
   }
-  if (const std::uint32_t format = words.U32(); format != kRecordingFormat) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(name_, ": has format ", format, ", this library reads ", kRecordingFormat));
+  if (const std::uint32_t format = words.U32(); !IsRead(format)) {
+    return absl::InvalidArgumentError(absl::StrCat(name_, ": has format ", format, ", this library reads ",
+                                                   kOldestRecordingFormat, " to ", kRecordingFormat));
   }
   at_ = preamble.size();
   auto payload = Take(kMaxHeaderBytes);

@@ -78,6 +78,7 @@ struct KeyEntry {
   std::string map{};                                 // WrittenMap
   std::vector<std::pair<RegionId, bool>> regions{};  // ascending; whether it is connected
   std::uint32_t frames = 0;
+  replication::Bytes world{};  // as in WorldEntry
 };
 
 // All bodies of a region, and all their properties; refers to no other frame.
@@ -90,10 +91,15 @@ struct NoteEntry {
   std::string text;
 };
 
+// Properties of the world that differ from the scene's and that every client may see: PropertySet::Encode.
+struct WorldEntry {
+  replication::Bytes properties;
+};
+
 // A step of the recording. Events that follow from frames are not written.
 struct RecordedEntry {
   std::chrono::microseconds at{};  // since the beginning; never goes back
-  std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent, KeyEntry, KeyFrameEntry, NoteEntry> what;
+  std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent, KeyEntry, KeyFrameEntry, NoteEntry, WorldEntry> what;
 };
 
 // A map as recordings have it (core/world/map_bytes.h). The reader gives INVALID_ARGUMENT naming the field.

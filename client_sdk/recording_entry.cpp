@@ -7,6 +7,7 @@
 #include "core/world/bytes.h"
 #include "core/world/limits.h"
 #include "core/world/map_bytes.h"
+#include "core/world/properties.h"
 
 namespace tessera::client {
 namespace {
@@ -139,6 +140,11 @@ absl::StatusOr<Payload> TakeEvent(ByteReader& in) {
   return event;
 }
 
+Bytes TakeWorldProperties(ByteReader& in) {
+  const std::span<const std::uint8_t> bytes = in.Block(kMaxPropertyBytes);
+  return {bytes.begin(), bytes.end()};
+}
+
 // The count of frames comes first, for whoever looks for keys alone.
 void Put(ByteWriter& out, const KeyEntry& entry) {
   out.Varint(entry.frames);
@@ -149,6 +155,7 @@ void Put(ByteWriter& out, const KeyEntry& entry) {
     out.Varint(region.value());
     out.U8(connected ? 1 : 0);
   }
+  if (!entry.world.empty()) out.Block(entry.world);  // else as in all files before there were any
 }
 
 absl::StatusOr<Payload> TakeKey(ByteReader& in) {
@@ -168,6 +175,7 @@ absl::StatusOr<Payload> TakeKey(ByteReader& in) {
     entry.regions.emplace_back(region, connected != 0);
   }
   if (started > 1) return Bad("key: started");
+  if (in.remaining() > 0) entry.world = TakeWorldProperties(in);
   return entry;
 }
 
@@ -182,6 +190,12 @@ void Put(ByteWriter& out, const NoteEntry& entry) { out.Block(entry.text); }
 absl::StatusOr<Payload> TakeNote(ByteReader& in) {
   in.Field("note");
   return NoteEntry{TakeText(in, kMaxNoteBytes)};
+}
+
+void Put(ByteWriter& out, const WorldEntry& entry) { out.Block(entry.properties); }
+absl::StatusOr<Payload> TakeWorld(ByteReader& in) {
+  in.Field("world");
+  return WorldEntry{TakeWorldProperties(in)};
 }
 
 // In the order of the variant, from EntryKind::kFrame on.
@@ -201,6 +215,8 @@ absl::StatusOr<Payload> TakePayload(ByteReader& in, std::uint8_t kind) {
       return TakeKeyFrame(in);
     case EntryKind::kNote:
       return TakeNote(in);
+    case EntryKind::kWorld:
+      return TakeWorld(in);
     default:
       return Bad(absl::StrCat("unknown kind ", kind));
   }

@@ -7,8 +7,11 @@
 namespace tessera::client {
 
 inline constexpr std::uint32_t kRecordingMagic = 0x43525354;  // "TSRC", low byte first
-// Those before it hold scene and maps as protobuf, and are not read.
-inline constexpr std::uint32_t kRecordingFormat = 3;
+inline constexpr std::uint32_t kRecordingFormat = 4;
+// Files of this format are read too: they are the same, but know nothing of the world's properties. Those before it
+// hold scene and maps as protobuf.
+inline constexpr std::uint32_t kOldestRecordingFormat = 3;
+constexpr bool IsRead(std::uint32_t format) { return format >= kOldestRecordingFormat && format <= kRecordingFormat; }
 
 enum class EntryKind : std::uint8_t {
   kEnd = 0,
@@ -20,6 +23,7 @@ enum class EntryKind : std::uint8_t {
   kKey = 6,
   kKeyFrame = 7,
   kNote = 8,
+  kWorld = 9,
 };
 
 // Length and checksum before each payload.

@@ -97,7 +97,7 @@ class RecordingTest : public ClientFixture {
   }
 
   // Twenty seconds of two regions, in which bodies come, rest, change their properties, cross and go, and the second
-  // region is lost after eight seconds and begins again after twelve.
+  // region is lost after eight seconds and begins again after twelve. The world's own properties change, too.
   void RecordTwentySeconds(std::uint64_t max_bytes = 1 << 20) {
     auto writer = RecordingWriter::Create(file, Header(), max_bytes);
     ASSERT_TRUE(writer.ok()) << writer.status();
@@ -110,6 +110,10 @@ class RecordingTest : public ClientFixture {
       if (step == 0) recorder.Region(at, RegionId(1), RegionEntry::Change::kBegins);
       if (step == 240) recorder.Region(at, RegionId(2), RegionEntry::Change::kLost);
       if (step % 30 == 0) recorder.Note(at, "second " + std::to_string(step / 30));
+      if (step == 0) recorder.World(at, World(1, "waiting"));
+      if (step == 180) recorder.World(at, World(2, "play"));
+      if (step == 187) recorder.World(at, World(3, "play"));
+      if (step == 420) recorder.World(at, {});  // as the scene gives them
       replication::ReceivedSnapshot west, east;
       west.tick = east.tick = Tick(static_cast<std::uint64_t>(2 * step + 10));
       const bool crossed = step >= 450;
@@ -129,7 +133,15 @@ class RecordingTest : public ClientFixture {
     return std::make_shared<const replication::Bytes>(replication::Bytes{value, 1, 2});
   }
 
-  // Describes all bodies that a client knows, in a line each.
+  replication::Bytes World(std::int64_t goals, const char* phase) const {
+    const std::vector<PropertyDef>& defs = instance->scene->instance_properties;
+    PropertySet set;
+    EXPECT_TRUE(set.Set(defs, "goals", goals).ok() && set.Set(defs, "phase", std::string(phase)).ok());
+    return set.Encode();
+  }
+  static std::int64_t Goals(const Client& of) { return std::get<std::int64_t>(*of.WorldPropertyOf("goals")); }
+
+  // Describes all bodies that a client knows, in a line each, and the world.
   static std::string Known(const Client& of) {
     std::ostringstream out;
     for (const auto& [id, body] : of.World()) {
@@ -138,6 +150,7 @@ class RecordingTest : public ClientFixture {
     }
     for (const RegionStats& region : of.Stats().regions) out << region.region.value() << region.connected << "\n";
     out << of.map().version() << " " << int(of.state()) << "\n";
+    out << "goals " << Goals(of) << " phase " << PropertyText(*of.WorldPropertyOf("phase")) << "\n";
     return out.str();
   }
 
@@ -230,6 +243,8 @@ TEST_F(RecordingTest, BeginsInTheMiddle) {
   Play();
   BodyState rests = Moving(3, 0);
   rests.asleep = true;
+  instance->regions[0]->TellWorld(1, 20, World(3, "play"));
+  ASSERT_TRUE(Until([&] { return Goals(*client) == 3; }));
   for (int step = 1; step <= 40; ++step) {
     const std::vector<BodyRecord> bodies = {{kBall, Epoch(1), rests}, {BodyId(2), Epoch(1), Moving(0.1 * step, 6)}};
     Advance([&](Tick t) { instance->regions[0]->Snapshot(t, bodies); });
@@ -237,13 +252,17 @@ TEST_F(RecordingTest, BeginsInTheMiddle) {
     ASSERT_TRUE(client->Record(file).ok());
     EXPECT_FALSE(client->Record(file).ok());  // one at a time
   }
+  instance->regions[0]->TellWorld(1, 30, World(4, "play"));
+  ASSERT_TRUE(Until([&] { return Goals(*client) == 4; }));
   client.reset();  // ends the file, too
   auto playing = Client::Play(file);
   ASSERT_TRUE(playing.ok()) << playing.status();
   EXPECT_EQ((*playing)->state(), ClientState::kPlaying);
   (*playing)->Poll(now);
-  (*playing)->Poll(now + std::chrono::milliseconds(300));
+  EXPECT_EQ(Goals(**playing), 3) << "that stood when it began";
+  (*playing)->Poll(now + *(*playing)->length());
   ASSERT_EQ((*playing)->World().size(), 2u);
+  EXPECT_EQ(Goals(**playing), 4);
   EXPECT_TRUE((*playing)->World().at(kBall).state.asleep);
   EXPECT_NEAR((*playing)->World().at(kBall).state.position.x, 3, 1e-3);
 }
@@ -325,6 +344,54 @@ TEST_F(RecordingTest, FromAnyPlaceItGoesOnAsIfPlayedFromTheBeginning) {
   EXPECT_EQ(client, nullptr);
 }
 
+TEST_F(RecordingTest, TheWorldsPropertiesAreThoseOfTheMoment) {
+  Make(2);
+  ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());
+  auto playing = Client::Play(file);
+  ASSERT_TRUE(playing.ok()) << playing.status();
+  client = *std::move(playing);
+  const auto told = [&](TimePoint at) {
+    int count = 0;
+    for (const ClientEvent& event : client->Poll(at)) {
+      count += event.kind == ClientEvent::Kind::kWorldPropertyChanged && event.property == "goals";
+    }
+    return count;
+  };
+  EXPECT_EQ(told(now), 1);
+  EXPECT_EQ(Goals(*client), 1);
+  EXPECT_EQ(told(now + std::chrono::seconds(5)), 0);
+  EXPECT_EQ(told(now + std::chrono::seconds(10)), 2) << "live, each change is told";
+  EXPECT_EQ(Goals(*client), 3);
+  EXPECT_EQ(client->WorldPropertyOf("phase"), PropertyValue(std::string("play")));
+  const auto seek = [&](double place_s) {
+    ASSERT_TRUE(client->Seek(std::chrono::microseconds(static_cast<int>(place_s * 1e6))).ok());
+    EXPECT_EQ(told(now), 1) << place_s;
+  };
+  seek(1);
+  EXPECT_EQ(Goals(*client), 1) << "as it was then";
+  seek(6.5);
+  EXPECT_EQ(Goals(*client), 3) << "both changes are since the key, and told once";
+  seek(13);
+  EXPECT_EQ(Goals(*client), 3) << "by the key before it";
+  seek(19);
+  EXPECT_EQ(Goals(*client), 0);
+  EXPECT_EQ(client->WorldPropertyOf("phase"), PropertyValue(std::string("waiting")));
+}
+
+TEST_F(RecordingTest, MalformedPropertiesOfTheWorldEndThePlaying) {
+  Make(1);
+  auto writer = RecordingWriter::Create(file, Header(), 1 << 20);
+  ASSERT_TRUE(writer.ok()) << writer.status();
+  Recorder recorder(*std::move(writer), *instance->scene, Header());
+  recorder.World(now, {1, 2, 3});
+  ASSERT_TRUE(recorder.Close().ok());
+  auto playing = Client::Play(file);
+  ASSERT_TRUE(playing.ok()) << playing.status();
+  (*playing)->Poll(now);
+  EXPECT_EQ((*playing)->reason().code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string((*playing)->reason().message()), HasSubstr("world: "));
+}
+
 TEST_F(RecordingTest, ASummaryNeedsOnlyItsEnds) {
   Make(2);
   ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());
@@ -370,13 +437,21 @@ TEST_F(RecordingTest, FilesOfOtherFormatsAreRefusedByTheirFormat) {
   EXPECT_EQ(client->Seek(std::chrono::seconds(1)).code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(client->length(), std::nullopt);
   std::string bytes = Read(file);
-  ASSERT_EQ(bytes[4], 3);
-  for (const int other : {2, 4}) {
+  ASSERT_EQ(bytes[4], 4);
+  for (const int other : {2, 5}) {
     bytes[4] = static_cast<char>(other);
     Write(file, bytes);
     EXPECT_THAT(std::string(Client::Play(file).status().message()),
-                HasSubstr("has format " + std::to_string(other) + ", this library reads 3"));
+                HasSubstr("has format " + std::to_string(other) + ", this library reads 3 to 4"));
   }
+  bytes[4] = 3;  // as it was before the world's properties were in it
+  Write(file, bytes);
+  auto older = Client::Play(file);
+  ASSERT_TRUE(older.ok()) << older.status();
+  (*older)->Poll(now);
+  (*older)->Poll(now + std::chrono::milliseconds(500));
+  EXPECT_EQ((*older)->World().size(), 1u);
+  EXPECT_EQ(SummaryOf(file)->length, (*older)->length());
 }
 
 // A key of which frames are missing because the file was full is none.

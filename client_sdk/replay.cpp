@@ -87,7 +87,9 @@ absl::StatusOr<std::optional<Replay::Step>> Replay::StepOf(RecordedEntry entry) 
     if (!knows_nothing_) return std::optional<Step>();
     absl::StatusOr<PartitionMap> map = MapFromWritten(key->map);
     if (!map.ok()) return absl::DataLossError(absl::StrCat("key: map: ", map.status().message()));
-    return Step{at, Standing{key->started, *std::move(map), key->regions}};
+    absl::StatusOr<PropertySet> world = PropertySet::Decode(key->world, session_.scene->instance_properties);
+    if (!world.ok()) return absl::DataLossError(absl::StrCat("key: world: ", world.status().message()));
+    return Step{at, Standing{key->started, *std::move(map), key->regions, *std::move(world)}};
   }
   if (const auto* key = std::get_if<KeyFrameEntry>(&entry.what)) {
     frames_.erase(key->frame.region);
@@ -111,6 +113,11 @@ absl::StatusOr<std::optional<Replay::Step>> Replay::StepOf(RecordedEntry entry) 
     absl::StatusOr<PartitionMap> map = MapFromWritten(written->map);
     if (!map.ok()) return absl::DataLossError(absl::StrCat("map: ", map.status().message()));
     return Step{at, *std::move(map)};
+  }
+  if (const auto* world = std::get_if<WorldEntry>(&entry.what)) {
+    absl::StatusOr<PropertySet> changed = PropertySet::Decode(world->properties, session_.scene->instance_properties);
+    if (!changed.ok()) return absl::DataLossError(absl::StrCat("world: ", changed.status().message()));
+    return Step{at, World{*std::move(changed)}};
   }
   return Step{at, std::get<ClientEvent>(std::move(entry.what))};
 }

@@ -29,10 +29,15 @@ class Replay {
     bool started = false;
     PartitionMap map;
     std::vector<std::pair<RegionId, bool>> regions;  // whether it was connected
+    PropertySet world;
+  };
+  // Properties of the world that differ from the scene's, from now on.
+  struct World {
+    PropertySet changed;
   };
   struct Step {
     TimePoint at;
-    std::variant<Snapshot, RegionEntry, PartitionMap, ClientEvent, Standing, NoteEntry> what;
+    std::variant<Snapshot, RegionEntry, PartitionMap, ClientEvent, Standing, NoteEntry, World> what;
   };
 
   // Errors: those of RecordingReader::Open; INVALID_ARGUMENT or DATA_LOSS where the scene or the map in it is none.

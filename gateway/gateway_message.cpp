@@ -231,6 +231,15 @@ PropertyValues ValuesOf(const client::Client& client, const std::string& propert
   return values;
 }
 
+std::string WorldMessage(const client::Client& client) {
+  Json properties = Json::object();
+  for (const PropertyDef& def : client.scene().instance_properties) {
+    if (def.visible_to != Visibility::kEveryone) continue;
+    if (const auto value = client.WorldPropertyOf(def.name)) properties[def.name] = ValueOf(*value);
+  }
+  return properties.empty() ? "" : Text({{"type", "world"}, {"properties", std::move(properties)}});
+}
+
 std::string ValuesMessage(const std::string& property, const PropertyValues& values) {
   std::string list;
   for (const auto& [body, value] : values) {

@@ -54,6 +54,9 @@ std::string DetailMessage(const client::Client& client, BodyId body);
 using PropertyValues = std::map<BodyId, std::string>;
 // Values of all bodies that the client sees and that have the property; empty where the scene declares none so named.
 PropertyValues ValuesOf(const client::Client& client, const std::string& property);
+// Properties of the world itself that every client may see, in the order of their declaration; empty where there are
+// none.
+std::string WorldMessage(const client::Client& client);
 std::string ValuesMessage(const std::string& property, const PropertyValues& values);
 // `needs`: the right that the order lacks, "token" or "key"; empty: none.
 std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text,

@@ -37,10 +37,12 @@ class PlayedRecordingTest : public testing::Test {
     Write();
   }
 
-  // A ball that rolls along x from -20 m on, and what a gateway notes.
+  // A ball that rolls along x from -20 m on, a goal every five seconds, and what a gateway notes.
   void Write() {
     const auto loaded = LoadScene(SceneForm::kText, R"(
       name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
+      instance_properties { name: "red" number: 0 } instance_properties { name: "phase" text: "play" }
+      instance_properties { name: "seed" number: 7 visible_to: VISIBILITY_SERVERS }
       bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
       bodies { id: 2 mass: 1 shape { sphere { radius: 0.5 } } })",
                                   "plaza.textproto");
@@ -63,6 +65,11 @@ class PlayedRecordingTest : public testing::Test {
         recorder.Note(
             at,
             json({{"type", "status"}, {"age_s", step / 30}, {"regions", {{{"region", 1}, {"host", "alpha"}}}}}).dump());
+      }
+      if (step > 0 && step % 150 == 0) {
+        PropertySet set;
+        ASSERT_TRUE(set.Set(loaded->scene->instance_properties, "red", std::int64_t{step / 150}).ok());
+        recorder.World(at, set.Encode());
       }
       if (step == 240) {
         recorder.Note(at, R"({"type":"events","events":[{"time":"2026-01-01T00:00:08Z","text":"region 1 died"}]})");
@@ -110,6 +117,7 @@ class PlayedRecordingTest : public testing::Test {
     }
     return NAN;
   }
+  static json World(const PlayedRecording& played) { return json::parse(played.view()->world).at("properties"); }
   // A ball is shown some snapshots after it was there.
   static double BallAt(double place_s) { return -20 + kSpeed_m_s * (place_s - 0.08); }
 
@@ -193,6 +201,21 @@ TEST_F(PlayedRecordingTest, GoesAnywhereAndBackFromItsEnd) {
   ASSERT_NO_FATAL_FAILURE(Arrive(played));
   while (Place(played) != 10) ASSERT_NO_FATAL_FAILURE(Arrive(played));
   EXPECT_NEAR(Ball(played), BallAt(10), 0.1);
+}
+
+TEST_F(PlayedRecordingTest, TheWorldsPropertiesAreThoseOfTheMoment) {
+  PlayedRecording played("match.rec", path(), services_);
+  ASSERT_NO_FATAL_FAILURE(Arrive(played));
+  EXPECT_EQ(World(played), (json{{"red", 0}, {"phase", "play"}})) << "and none that only servers see";
+  for (int i = 0; i < 400; ++i) Frame(played);
+  EXPECT_EQ(World(played).at("red"), 1);
+  for (const double place_s : {18.0, 3.0, 14.0, 6.0}) {
+    const std::uint64_t before = played.view()->world_number;
+    played.Take({.paused = true, .at_s = place_s});
+    ASSERT_NO_FATAL_FAILURE(Arrive(played));
+    EXPECT_EQ(World(played).at("red"), static_cast<int>(place_s / 5)) << place_s;
+    EXPECT_EQ(played.view()->world_number, before + 1) << "viewers are told once";
+  }
 }
 
 TEST_F(PlayedRecordingTest, WhatCannotBePlayedIsAProblemThatNamesItAndNoFolder) {

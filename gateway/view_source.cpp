@@ -25,6 +25,7 @@ ViewSource::ViewSource(std::unique_ptr<client::Client> client, std::shared_ptr<c
     return Values(property, now);
   };
   EncodeMap();
+  SayWorld();
 }
 
 const PropertyValues& ViewSource::Values(const std::string& property, client::TimePoint now) {
@@ -43,6 +44,7 @@ const PropertyValues& ViewSource::Values(const std::string& property, client::Ti
 void ViewSource::Poll(client::TimePoint now) {
   using Kind = client::ClientEvent::Kind;
   const bool was_joining = client_->state() == client::ClientState::kJoining;
+  bool world_changed = false;
   for (const client::ClientEvent& event : client_->Poll(now)) {
     if (event.kind == Kind::kMapChanged) EncodeMap();
     if (event.kind == Kind::kRegionLost || event.kind == Kind::kRegionBack || event.kind == Kind::kMapChanged) {
@@ -54,9 +56,11 @@ void ViewSource::Poll(client::TimePoint now) {
     if (event.kind == Kind::kPredictionCorrected && corrections_.size() < kMaxCorrections) {
       corrections_.push_back(event.detail);
     }
+    if (event.kind == Kind::kWorldPropertyChanged) world_changed = true;
     if (event.kind == Kind::kRecordingEnded) recording_ended_ = event.detail;
     if (std::string met = MetMessage(event); !met.empty()) feed_.met.Add(std::move(met), kMaxMetKept);
   }
+  if (world_changed) SayWorld();
   if (was_joining && client_->state() != client::ClientState::kJoining) connected_changed_ = true;
 }
 
@@ -74,6 +78,7 @@ void ViewSource::ShowRecorded(client::TimePoint now, client::TimePoint taken_at,
 void ViewSource::SetClient(std::unique_ptr<client::Client> client) {
   client_ = std::move(client);
   EncodeMap();
+  SayWorld();
 }
 
 void ViewSource::SetHosts(const std::map<RegionId, std::string>& hosts) {
@@ -85,6 +90,13 @@ void ViewSource::SetHosts(const std::map<RegionId, std::string>& hosts) {
 void ViewSource::EncodeMap() {
   feed_.map = gateway::EncodeMap(client_->map(), hosts_);
   ++feed_.map_number;
+}
+
+void ViewSource::SayWorld() {
+  std::string world = WorldMessage(*client_);
+  if (world == feed_.world) return;
+  feed_.world = std::move(world);
+  ++feed_.world_number;
 }
 
 HeardRegions ViewSource::Heard() const {

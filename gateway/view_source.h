@@ -61,6 +61,7 @@ class ViewSource {
 
  private:
   void EncodeMap();
+  void SayWorld();
   const PropertyValues& Values(const std::string& property, client::TimePoint now);
 
   std::unique_ptr<client::Client> client_;

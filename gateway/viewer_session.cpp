@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kDetailInterval{100}, kMetWindow{1000}, kValuesInterval{250};
+constexpr milliseconds kDetailInterval{100}, kMetWindow{1000}, kValuesInterval{250}, kWorldInterval{100};
 // Values in one message, some 20 kB of them: between them come the frames.
 constexpr std::size_t kMaxValues = 1000;
 // A world that stands still is shown again after so long, for its viewers to see that it is still shown.
@@ -133,7 +133,8 @@ std::optional<OutgoingMessage> ViewerSession::NextSetup() {
   if (generation_ != view_->generation) {
     generation_ = view_->generation;
     scene_messages_ = 0;
-    map_number_ = 0;
+    map_number_ = world_number_ = 0;
+    next_world_ = {};
     met_ = view_->met.end;
     encoder_.Begin();
     sent_values_.clear();
@@ -153,6 +154,11 @@ bool ViewerSession::DetailDue(TimePoint now) const {
 bool ViewerSession::ValuesDue(TimePoint now) const {
   return !property_.empty() && view_ != nullptr && generation_ != 0 && generation_ == view_->generation &&
          view_->values && now >= next_values_;
+}
+
+bool ViewerSession::WorldDue(TimePoint now) const {
+  return view_ != nullptr && generation_ != 0 && generation_ == view_->generation &&
+         world_number_ != view_->world_number && now >= next_world_;
 }
 
 // Those that differ from what was sent; empty: none do, or the budget is spent.
@@ -182,7 +188,7 @@ bool ViewerSession::TextDue(TimePoint now) const {
     return true;
   }
   return (view_ != nullptr && view_->generation == generation_ && view_->met.end != met_) || DetailDue(now) ||
-         ValuesDue(now);
+         ValuesDue(now) || WorldDue(now);
 }
 
 std::optional<OutgoingMessage> ViewerSession::NextText(TimePoint now) {
@@ -221,6 +227,14 @@ std::optional<OutgoingMessage> ViewerSession::NextText(TimePoint now) {
       return SendText(met.front());
     }
     met_ = view_->met.end;
+  }
+  if (WorldDue(now)) {
+    next_world_ = now + kWorldInterval;
+    if (bytes_.Left(now) > 0) {
+      world_number_ = view_->world_number;
+      bytes_.Spend(view_->world.size());
+      return SendText(view_->world);
+    }
   }
   if (DetailDue(now)) {
     next_detail_ = now + kDetailInterval;

@@ -6,8 +6,8 @@
 // the socket can take one, out of what is newest then. What cannot be left out (answers, the first messages) is
 // bounded.
 //
-// Frames and values keep to a budget of bytes a second, the lower of the gateway's limit and the viewer's own: a frame
-// that has no room for all leaves out what the viewer would miss least.
+// Frames, values and the world's properties keep to a budget of bytes a second, the lower of the gateway's limit and
+// the viewer's own: a frame that has no room for all leaves out what the viewer would miss least.
 //
 //   session.Show(view_feed, news_feed);
 //   on writable:  if (auto message = session.Next(now)) Write(*message);
@@ -59,6 +59,8 @@ struct ViewFeed {
   Bytes welcome, map;
   std::uint64_t map_number = 0;
   const Picture* picture = nullptr;  // the newest
+  std::string world;                 // the newest of the world's properties; empty: it has none
+  std::uint64_t world_number = 0;
   Lines<std::string> met;
   std::function<std::string(BodyId)> detail;
   // Values of the property, not older than some tenths of a second; until the next call.
@@ -132,6 +134,7 @@ class ViewerSession {
   bool FrameDue(TimePoint now) const;
   bool DetailDue(TimePoint now) const;
   bool ValuesDue(TimePoint now) const;
+  bool WorldDue(TimePoint now) const;
   std::string NewValues(TimePoint now);
 
   const ViewFeed* view_ = nullptr;
@@ -140,7 +143,8 @@ class ViewerSession {
   // The last of the feeds that was sent.
   std::uint64_t generation_ = 0;  // 0: no welcome yet
   std::size_t scene_messages_ = 0;
-  std::uint64_t map_number_ = 0, status_number_ = 0, events_ = 0, met_ = 0, recording_number_ = 0, play_number_ = 0;
+  std::uint64_t map_number_ = 0, status_number_ = 0, events_ = 0, met_ = 0, recording_number_ = 0, play_number_ = 0,
+                world_number_ = 0;
   bool view_changed_ = false;  // since the last frame
   ViewerEncoder encoder_;
 
@@ -163,7 +167,7 @@ class ViewerSession {
   std::string last_detail_;
   std::string property_;        // the one whose values are sent; empty: none
   PropertyValues sent_values_;  // only of bodies that are there still
-  TimePoint next_values_{};
+  TimePoint next_values_{}, next_world_{};
   FrameContent content_;
   std::uint64_t frames_ = 0, bad_messages_ = 0;
   ByteWriter frame_;

@@ -282,6 +282,48 @@ TEST_F(ViewerSessionTest, ValuesOfAPropertyAreSentAsTheyChange) {
   EXPECT_GT(texts_.size(), 2u);
 }
 
+TEST_F(ViewerSessionTest, PropertiesOfTheWorldAreSentFirstAndAsTheyChange) {
+  Drain();
+  for (const json& text : texts_) EXPECT_NE(text["type"], "world") << "it has none";
+  const auto sent = [&] {
+    texts_.clear();
+    Drain();
+    std::vector<int> reds;
+    for (const json& text : texts_) {
+      if (text["type"] == "world") reds.push_back(text["properties"]["red"]);
+    }
+    return reds;
+  };
+  const auto score = [&](int red) {
+    view_.world = json({{"type", "world"}, {"properties", {{"red", red}}}}).dump();
+    ++view_.world_number;
+  };
+  score(1);
+  EXPECT_TRUE(session_.Due(now_));
+  EXPECT_THAT(sent(), ElementsAre(1));
+  std::vector<int> all;
+  for (int i = 2; i <= 70; ++i) {
+    now_ += 16'667us;
+    if (i <= 61) score(i);
+    for (const int red : sent()) all.push_back(red);
+  }
+  EXPECT_NEAR(static_cast<double>(all.size()), 11, 1) << "ten a second";
+  EXPECT_EQ(all.back(), 61);
+  now_ += 1s;
+  EXPECT_THAT(sent(), ElementsAre()) << "nothing has changed";
+  Begin(2);
+  EXPECT_THAT(sent(), ElementsAre(61)) << "the picture begins anew";
+  session_.LimitBytes(100);
+  now_ += 100ms;
+  score(62);
+  EXPECT_THAT(sent(), ElementsAre(62));
+  now_ += 100ms;
+  score(63);
+  EXPECT_THAT(sent(), ElementsAre()) << "the budget is overdrawn";
+  now_ += 10s;
+  EXPECT_THAT(sent(), ElementsAre(63));
+}
+
 TEST_F(ViewerSessionTest, WhatIsForTheGatewayIsHandedOn) {
   Receive(R"({"type":"join","name":"ada"})");
   ASSERT_TRUE(asked_ && std::holds_alternative<JoinWorld>(*asked_));

@@ -4,6 +4,7 @@ import { type JsonMessage, type PartitionMap, type Welcome, Kind, type BinaryMes
 import { type LinkState } from './connection.ts';
 import { takeKey } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
+import { Board } from './ui/board.ts';
 import { DetailPanel } from './ui/detail.ts';
 import { h, setText } from './ui/dom.ts';
 import { Hands } from './ui/hands.ts';
@@ -36,6 +37,7 @@ export class Page implements SessionListener {
   private readonly tools: Tools;
   private readonly hands = new Hands();
   private readonly labels = new Labels();
+  private readonly board = new Board();
   private readonly list = new WorldList();
   private readonly right = new RightDialog();
   private readonly name = h('strong', { id: 'name' });
@@ -82,7 +84,7 @@ export class Page implements SessionListener {
       this.counts,
       h('button', { class: 'quiet', title: 'Show or hide the machine room (M)', onclick: () => this.toggleRoom() }, 'Machine room'),
     );
-    const stage = h('div', { id: 'stage' }, this.canvas, this.labels.element, this.tools.element, this.detail.element, this.banner, this.toasts);
+    const stage = h('div', { id: 'stage' }, this.canvas, this.labels.element, this.board.element, this.tools.element, this.detail.element, this.banner, this.toasts);
     root.append(bar, stage, this.room.element, this.time.element, this.list.element, this.right.element);
     try {
       this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes, this.session.values);
@@ -160,6 +162,7 @@ export class Page implements SessionListener {
   began(): void {
     this.view?.clear();
     this.labels.stale = true;
+    this.board.clear();
   }
 
   welcomed(welcome: Welcome): void {
@@ -209,6 +212,7 @@ export class Page implements SessionListener {
 
   said(message: JsonMessage): void {
     if (message.type === 'recording') this.time.showRecording(message);
+    if (message.type === 'world') this.board.show(message.properties);
     if (message.type === 'corrected') this.time.showCorrection(message.text);
     if (message.type === 'play') this.time.showPlay(message);
     if (message.type === 'met' && this.marks) this.view.showContact(message);

@@ -156,6 +156,24 @@ test('a correction of the prediction is shown with its cause, for a while', asyn
   await shows('');
 });
 
+test('the world’s own properties stand over the picture, as its scene declares them', async () => {
+  const board = page.locator('#board');
+  assert.equal(await board.isVisible(), false, 'it has none');
+  gateway.say({ type: 'world', properties: { red: 3, blue: 1, seconds_left: 95, playing: true, phase: '', home: [1, 2.5, 0] } });
+  await board.waitFor(WAIT);
+  assert.deepEqual(await board.locator('dt').allInnerTexts(), ['red', 'blue', 'seconds left', 'playing', 'phase', 'home']);
+  assert.deepEqual(await board.locator('dd').allInnerTexts(), ['3', '1', '1:35', 'yes', '–', '1, 2.5, 0']);
+  const edge = (at: number) => board.locator('div').nth(at).evaluate((tile) => getComputedStyle(tile).borderTopColor);
+  assert.deepEqual([await edge(0), await edge(1)], ['rgb(255, 0, 0)', 'rgb(0, 0, 255)']);
+  gateway.say({ type: 'world', properties: { red: 4, blue: 1, seconds_left: 9, playing: true, phase: 'play', home: [1, 2.5, 0] } });
+  await board.locator('dd', { hasText: '0:09' }).waitFor(WAIT);
+  assert.deepEqual((await board.locator('dd').allInnerTexts()).slice(0, 5), ['4', '1', '0:09', 'yes', 'play']);
+  const [tools, tiles] = [(await page.locator('#tools').boundingBox())!, (await board.boundingBox())!];
+  assert.ok(tools.x + tools.width <= tiles.x || tools.y + tools.height <= tiles.y, 'it covers no tools');
+  gateway.say({ type: 'world', properties: {} });
+  await board.waitFor({ state: 'hidden', ...WAIT });
+});
+
 test('bodies take the colours of a property that the world declares', async () => {
   await page.getByLabel('Colour bodies by').selectOption({ label: 'health' });
   await page.locator('#legend', { hasText: '99' }).waitFor(WAIT);
@@ -302,6 +320,11 @@ test('the list of worlds, a world that is not there, and a recording', async () 
   await page.getByRole('button', { name: 'Pause' }).click();
   await page.waitForFunction('tessera.session.play.paused', undefined, WAIT);
   assert.equal(await page.getByRole('group', { name: 'Orders' }).isVisible(), false, 'a recording takes no orders');
+  await page.getByLabel('Place in the recording').fill('42');
+  await page.waitForFunction('Math.abs(tessera.session.play.at_s - 42) < 1', undefined, WAIT);
+  await page.locator('#board dd', { hasText: '4' }).waitFor(WAIT);
+  await page.getByLabel('Place in the recording').fill('25');
+  await page.locator('#board dd', { hasText: '2' }).waitFor(WAIT);
   await page.getByLabel('Place in the recording').fill('42');
   await page.waitForFunction('Math.abs(tessera.session.play.at_s - 42) < 1', undefined, WAIT);
   await page.getByTitle('One step forward').click();

@@ -355,7 +355,8 @@ TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint
                                               tessera_property* property);
 
 /* A property of the world as a whole, one of the scene's instance_properties, by its name: its newest value; in a
- * recording, and where no client may see it, the scene's value. TESSERA_NOT_FOUND if the scene declares no such one. */
+ * recording that of the moment, where no client may see it the scene's. TESSERA_NOT_FOUND if the scene declares no such
+ * one. */
 TESSERA_API tessera_code tessera_get_world_property(const tessera_client* client, const char* name,
                                                     tessera_property* property);
 

@@ -206,6 +206,7 @@ export type JsonMessage =
   | Play
   | { type: 'events'; events: { time: string; text: string }[] }
   | Met
+  | { type: 'world'; properties: Record<string, unknown> }
   | { type: 'corrected'; body: string; text: string }
   | { type: 'recording'; on: boolean; file: string; bytes: number; problem: string }
   | Answer
