@@ -112,6 +112,8 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
       }
       case Kind::kPredictionCorrected:
         return "prediction corrected by " + event.detail;
+      case Kind::kMovementMissing:
+        return "not predicted: " + event.detail;
     }
     return "?";
   };

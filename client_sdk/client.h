@@ -42,6 +42,8 @@
 #include "net/credential.h"
 #include "trust/credentials.h"
 
+struct tessera_movement;  // tessera/movement.h
+
 namespace tessera::client {
 
 using Clock = std::chrono::steady_clock;
@@ -128,8 +130,11 @@ struct ClientEvent {
     // The own body was shown more than a centimetre elsewhere than it came to be. body, region, input_number: the
     // newest that had acted, other: the body that it touched, or 0, detail: how far, and why as far as is known.
     kPredictionCorrected,
+    // The world moves the own body by a function of its game that this program does not have, or not in that version:
+    // it is shown as the server has it. body, detail: which one, and which one is here.
+    kMovementMissing,
   };
-  static constexpr Kind kLastKind = Kind::kPredictionCorrected;
+  static constexpr Kind kLastKind = Kind::kMovementMissing;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`, where they are a pair
@@ -274,6 +279,11 @@ class Client {
   // The same, once, for any body: regions refuse what is not the player's own, and say so by an event. For tools and
   // tests.
   std::uint32_t MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm);
+
+  // How the world's game moves the own body (tessera/movement.h), so that it can be predicted; null: no more. What it
+  // points to outlives the client. Errors: INVALID_ARGUMENT naming the field, or a kind that the scene does not have;
+  // then there is none. Without JoinOptions::predict it is for nothing.
+  absl::Status SetMovement(const tessera_movement* movement);
 
   // Asks something of the game: at most 1 KiB, in whatever form the game reads. It is sent until the game's region has
   // taken it for good: exactly once, and in the order of calls. Errors: INVALID_ARGUMENT, RESOURCE_EXHAUSTED (64 wait

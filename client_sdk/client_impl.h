@@ -83,6 +83,7 @@ struct Client::Impl {
   void On(TimePoint now, RegionConnection& connection, const replication::NewsOfWorld& news);
   void OnStopping(TimePoint now, RegionConnection& connection, const std::string& why);
   void OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
+  void OnMovement(RegionConnection& connection, const net::Bytes& bytes);
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
   void OnSessionEnded(const std::string& why);
   void LookAgain(TimePoint now, const std::string& why);
@@ -197,7 +198,9 @@ struct Client::Impl {
   std::optional<Applied> applied, correct_to;
   TimePoint own_heard_at{};  // when the newest report came
   std::optional<Predictor> predictor;
-  std::vector<const BodyDef*> on_paths;  // those of the scene, ascending by id
+  BodyId moved_by_game;                        // a body of the player's that a function of the game has moved; 0: none
+  const tessera_movement* movement = nullptr;  // the program's, until the scene is here and says whether it fits
+  std::vector<const BodyDef*> on_paths;        // those of the scene, ascending by id
   WorkCount work;
 
   CommandQueue commands;

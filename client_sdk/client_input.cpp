@@ -9,7 +9,8 @@ namespace tessera::client {
 
 namespace {
 
-// A region lets a character go on by its last input when it has none, so the end of steering is sent this often.
+// A region lets a character, and what a game's function moves, go on by its last input when it has none, so the end of
+// steering is sent this often.
 constexpr std::uint32_t kEndingInputs = 30;
 // A predicted state counts as such for so many ticks after the last word of the own body's region; a failover takes
 // less, and a world in which nothing moves is heard of twice as often.
@@ -41,7 +42,8 @@ void Client::Impl::MakeInputs(TimePoint now) {
   if (IsSteering() || look_changed) last_steering_input = next_input;
   look_changed = false;
   const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();
-  const bool ending = character && last_steering_input != 0 && next_input - last_steering_input < kEndingInputs;
+  const bool goes_on = character || moved_by_game == Own();
+  const bool ending = goes_on && last_steering_input != 0 && next_input - last_steering_input < kEndingInputs;
   const bool steers = IsSteering() || ending;
   const auto own = world.bodies().find(Own());
   const bool predicted = predictor && own != world.bodies().end() && !AtRest(own->second.state);
@@ -144,6 +146,18 @@ std::uint32_t Client::Steer(const Steering& steering) {
   asked.pitch_rad = steering.pitch_rad;
   asked.buttons = steering.buttons;
   return impl_->next_input;
+}
+
+absl::Status Client::SetMovement(const tessera_movement* movement) {
+  impl_->movement = nullptr;
+  const absl::Status status = movement == nullptr ? absl::OkStatus() : CheckMovement(*movement);
+  const tessera_movement* const good = status.ok() ? movement : nullptr;
+  if (!impl_->predictor) {
+    impl_->movement = good;
+    return status;
+  }
+  const absl::Status fits = impl_->predictor->SetMovement(good);
+  return status.ok() ? fits : status;
 }
 
 std::uint32_t Client::MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm) {

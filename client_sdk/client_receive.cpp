@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
 #include "core/replication/datagram.h"
+#include "core/replication/movement_news.h"
 #include "core/replication/record_codec.h"
 
 namespace tessera::client {
@@ -298,8 +299,27 @@ void Client::Impl::LookAgain(TimePoint now, const std::string& why) {
   }
 }
 
+// By which function of the game its region moves the own body. Only who owns the body is asked.
+void Client::Impl::OnMovement(RegionConnection& connection, const net::Bytes& bytes) {
+  if (!connection.welcomed() || fetch) return;
+  const absl::StatusOr<replication::MovementNews> news = replication::DecodeMovementNews(bytes);
+  if (!news.ok()) return connection.CountError();
+  if (world.OwnerOf(news->state.body).value_or(connection.region()) != connection.region()) return;
+  moved_by_game = news->state.body;
+  if (!predictor) return;
+  predictor->TakeMovement(*news);
+  std::string missing = predictor->TakeMissingMovement();
+  if (missing.empty()) return;
+  events.push_back({.kind = ClientEvent::Kind::kMovementMissing,
+                    .body = news->state.body,
+                    .region = connection.region(),
+                    .detail = std::move(missing)});
+}
+
 void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
-  if (replication::KindOf(bytes) == replication::DatagramKind::kRegionFigures) return connection.TakeFigures(bytes);
+  const replication::DatagramKind kind = replication::KindOf(bytes);
+  if (kind == replication::DatagramKind::kRegionFigures) return connection.TakeFigures(bytes);
+  if (kind == replication::DatagramKind::kMovement) return OnMovement(connection, bytes);
   if (fetch) return;  // nothing says yet how to read it; it is not acknowledged, so it comes again
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;

@@ -1,5 +1,7 @@
 // The scene: fetched from the regions while the client joins, then entered.
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
@@ -26,6 +28,14 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene)
     if (def.path != nullptr) on_paths.push_back(&def);
   }
   if (settings.predict && session.scene->player && !Watches()) predictor.emplace(session.scene, session.player);
+  if (predictor && movement != nullptr) {
+    const absl::Status fits = predictor->SetMovement(std::exchange(movement, nullptr));
+    if (!fits.ok()) {
+      events.push_back({.kind = ClientEvent::Kind::kMovementMissing,
+                        .body = PlayerBodyId(session.player),
+                        .detail = std::string(fits.message())});
+    }
+  }
   for (RegionConnection& connection : connections) {
     connection.Begin(session.scene->bounds, snapshots);
     if (connection.welcomed()) world.RegionBegins(now, connection.region());

@@ -27,7 +27,9 @@
 #include "client_sdk/input_clock.h"
 #include "client_sdk/input_queue.h"
 #include "client_sdk/predictor.h"
+#include "core/game/game_host.h"
 #include "core/region/region.h"
+#include "core/replication/movement_news.h"
 #include "core/replication/quantize.h"
 #include "core/world/scene_io.h"
 
@@ -67,9 +69,12 @@ struct Loop {
     std::uint32_t last_input = 0;
     std::int32_t margin = 0;
     std::vector<SeenBody> bodies;
+    std::optional<replication::MovementNews> moved;  // as datagrams of their own: see `loses_movements`
   };
 
-  Loop(const std::string& more, const NetworkConditions& conditions_in, const char* player = kRolledBall)
+  // `module`: a game that the region runs; it outlives this.
+  Loop(const std::string& more, const NetworkConditions& conditions_in, const char* player = kRolledBall,
+       const tessera_game_module* module = nullptr)
       : conditions(conditions_in),
         scene(SceneOf(more, player)),
         quantizer(scene->bounds, replication::SnapshotSettingsFor(*scene)),
@@ -77,7 +82,8 @@ struct Loop {
                 .incarnation = Incarnation(1),
                 .scene = scene,
                 .map = *MakeGridMap(scene->ground(), 1),
-                .settings = {}}),
+                .settings = {},
+                .game = module == nullptr ? nullptr : *game::GameHost::Load(*module, {"game", ""}, scene)}),
         predictor(scene, kPlayer) {
     region.Start();
     region.SpawnPlayer(kPlayer);
@@ -111,7 +117,10 @@ struct Loop {
     if (!region.Owns(kOwn)) return;
     truth[region.tick()] = region.world().StateOf(kOwn).position;
     if (region.tick().value() % 2 != 0) return;
-    Report report{region.tick(), region.LastInput(kPlayer), margin, {}};
+    Report report{region.tick(), region.LastInput(kPlayer), margin, {}, {}};
+    if (const auto moved = region.MovementOf(kPlayer); moved && (!loses_movements || ++movements % 3 == 0)) {
+      report.moved = {region.tick(), moved->movement.name, moved->state};
+    }
     for (const region::OwnedBody& body : region.owned()) {
       if (body.def->id == hidden) continue;
       report.bodies.push_back({body.def->id, RegionId(1), body.epoch, region.tick(), AsShown(body.state)});
@@ -126,6 +135,7 @@ struct Loop {
       applied = report;
       clock.Applied(now, report.last_input, report.margin);
       if (const auto own = seen.find(kOwn); own != seen.end()) Prepare(predictor, own->second.state);
+      if (report.moved) predictor.TakeMovement(*report.moved);
       predictor.Correct(report.tick, report.last_input, seen);
     }
     if (!applied) return;
@@ -203,6 +213,8 @@ struct Loop {
   PlayerInput steering;               // beside `force`
   std::function<void()> before_step;  // called before the region's step
   bool rounds = false;                // states as the wire has them
+  bool loses_movements = false;       // two of three news of the movement are lost
+  std::uint32_t movements = 0;
 };
 
 // Steps, a ramp and walls to walk about.

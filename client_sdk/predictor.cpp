@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "absl/strings/str_cat.h"
 #include "client_sdk/blend.h"
 #include "client_sdk/shape_radius.h"
 #include "core/physics/body_path.h"
@@ -80,6 +81,52 @@ void Predictor::Follow(BodyId own, const PlayerLimits& limits) {
   own_radius_m_ = 0;
 }
 
+absl::Status Predictor::SetMovement(const tessera_movement* table) {
+  movement_.reset();
+  known_missing_.clear();
+  if (table != nullptr) {
+    absl::StatusOr<GameMovement> movement = MovementIn(catalog_.scene(), *table);
+    if (!movement.ok()) return movement.status();
+    movement_ = *std::move(movement);
+  }
+  Forget();  // it goes on from the next state by what it has now
+  return absl::OkStatus();
+}
+
+void Predictor::TakeMovement(const replication::MovementNews& news) {
+  if (news.state.body != own_def_.id || (moved_by_ && news.tick <= moved_by_->tick)) return;
+  moved_by_ = news;
+  if (!LacksMovement()) return;
+  std::string missing = absl::StrCat("the world moves body ", news.state.body.value(), " by movement ", news.name,
+                                     " version ", news.state.version, " with ", news.state.size, " bytes of state; ");
+  if (!movement_) {
+    missing += "this program has none";
+  } else {
+    absl::StrAppend(&missing, "this program has ", movement_->name, " version ", movement_->version, " with ",
+                    movement_->state_bytes);
+  }
+  if (known_missing_ == missing) return;
+  missing_ = known_missing_ = std::move(missing);
+}
+
+// Whether the own body is moved by a function of the game that is not here.
+bool Predictor::LacksMovement() const {
+  if (!moved_by_) return false;
+  const bool same = movement_ && movement_->name == moved_by_->name && movement_->version == moved_by_->state.version &&
+                    movement_->state_bytes == moved_by_->state.size && movement_->Moves(own_def_);
+  return !same;
+}
+
+const GameMovement* Predictor::MovementInForce() const { return moved_by_ && !LacksMovement() ? &*movement_ : nullptr; }
+
+// The private state right after `last_input`: as the region says, or where that was lost, as it came out here.
+MovementState Predictor::MovementAt(Tick tick, std::uint32_t last_input) const {
+  if (MovementInForce() == nullptr) return {};
+  if (moved_by_->tick == tick) return moved_by_->state;
+  const auto own = movement_after_.find(last_input);
+  return own != movement_after_.end() ? own->second : moved_by_->state;
+}
+
 void Predictor::Forget() {
   base_tick_.reset();
   inputs_.clear();
@@ -88,6 +135,9 @@ void Predictor::Forget() {
   on_paths_.clear();
   jumps_.clear();
   world_.reset();
+  moved_by_.reset();
+  movement_now_ = {};
+  movement_after_.clear();
 }
 
 // The own body stands where nothing of the ground is known yet.
@@ -125,7 +175,7 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   if (base_tick_.has_value() && tick <= *base_tick_) return;
   const auto own = bodies.find(own_def_.id);
   if (own == bodies.end()) return;
-  if (!HasGround(own->second.state)) {
+  if (LacksMovement() || !HasGround(own->second.state)) {
     std::erase_if(inputs_, [&](const PlayerInput& input) { return input.number <= last_input; });
     return Pause();
   }
@@ -145,6 +195,8 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   base_tick_ = tick;
   base_input_ = last_input;
   base_region_ = own->second.region;
+  movement_now_ = MovementAt(tick, last_input);
+  movement_after_.clear();
   Choose(bodies);
   Place(tick, bodies);
   Simulate();
@@ -308,21 +360,33 @@ void Predictor::Add(const PlayerInput& input) {
   if (running() && simulated_ + 1 == inputs_.size() && simulated_ < kMaxTicks) Step(input);
 }
 
-// Fields and a player's input push a body in the next step.
-physics::CharacterDrive Predictor::DriveOf(BodyId id, const Body& body, const PlayerInput& input) const {
+// Another player who keeps doing as they do: their inputs are not known here, nor is the private state of a movement.
+physics::CharacterDrive Predictor::DriveOfOther(BodyId id, const Body& body) const {
+  if (!IsPlayerBody(id)) return {};
   const Scene& scene = catalog_.scene();
-  const PlayerRules& rules = *scene.player;
+  const GameMovement* const game = MovementInForce();
+  const region::MovementKind kind = region::KindOfMovement(scene, player_def_, true, game);
+  if (kind == region::MovementKind::kForce) return {};
+  const bool walks = kind == region::MovementKind::kCharacter;
+  const PlayerInput does = walks ? GoingOn(*scene.player->character, body.now) : PlayerInput{};
+  static const PlayerLimits kNone;
+  return region::Move({*world_, scene, kind, id, 0, tick_s_, kNone, game}, does, {}).drive;
+}
+
+// Fields and a player's input push a body in the next step.
+physics::CharacterDrive Predictor::DriveOf(BodyId id, const Body& body, const PlayerInput& input) {
+  const Scene& scene = catalog_.scene();
   physics::CharacterDrive drive;
-  if (rules.character.has_value() && IsPlayerBody(id)) {
-    const bool own = id == own_def_.id;
-    const PlayerInput does = own ? input : GoingOn(*rules.character, body.now);
-    const auto drive_by = [&](const PlayerRules& by) {
-      return physics::DriveCharacter(*world_, id, by, scene.gravity_m_s2, does, tick_s_);
-    };
-    drive = own && !limits_.empty() ? drive_by(RulesWith(rules, limits_)) : drive_by(rules);
-  } else if (id == own_def_.id) {
-    drive.force_n = region::LimitedForce(rules, input.force_n, body.now.linear_velocity, limits_);
-    drive.torque_nm = region::LimitedTorque(rules, own_radius_m_, input.torque_nm, body.now.angular_velocity, limits_);
+  if (id == own_def_.id) {
+    const GameMovement* const game = MovementInForce();
+    const region::MovementKind kind = region::KindOfMovement(scene, own_def_, IsPlayerBody(id), game);
+    const region::Moved moved =
+        region::Move({*world_, scene, kind, id, own_radius_m_, tick_s_, limits_, game}, input, movement_now_);
+    drive = moved.drive;
+    movement_now_ = moved.state;
+    if (game != nullptr) movement_after_.insert_or_assign(input.number, moved.state);
+  } else {
+    drive = DriveOfOther(id, body);
   }
   if (!scene.fields.empty() && !body.now.asleep) {
     drive.force_n += Vec3f(region::FieldAcceleration(scene.fields, body.now) * world_->MassOf(id));

@@ -20,6 +20,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,10 +28,11 @@
 #include "client_sdk/correction.h"
 #include "client_sdk/ground.h"
 #include "client_sdk/work_budget.h"
-#include "core/physics/character.h"
 #include "core/physics/world.h"
 #include "core/region/catalog.h"
+#include "core/region/movement.h"
 #include "core/replication/input.h"
+#include "core/replication/movement_news.h"
 #include "core/world/player_limits.h"
 
 namespace tessera::client {
@@ -52,6 +54,15 @@ class Predictor {
   bool Knows(BodyId id) const { return IsPlayerBody(id) ? id == player_def_.id : catalog_.Known(id); }
   // The inputs move this body from now on, within these limits. Requires Knows(own).
   void Follow(BodyId own, const PlayerLimits& limits);
+  // The program's own function of a movement that a game wrote; null: it has none. Its own body is predicted by it
+  // where the region says that it is moved by it. INVALID_ARGUMENT where the scene has no such kind; then there is
+  // none.
+  absl::Status SetMovement(const tessera_movement* table);
+  // The own body's region says by which movement of its game it moves the body, and with which private state. Where the
+  // program does not have that one, nothing is predicted.
+  void TakeMovement(const replication::MovementNews& news);
+  // Why not, once for each movement that the program does not have; empty: nothing new.
+  std::string TakeMissingMovement() { return std::exchange(missing_, {}); }
   // Goes on with building the ground about the own body, which is in this state.
   void Prepare(const BodyState& own, WorkBudget& budget);
   // `bodies` holds the own body's state at `tick`, after the input `last_input`. An older state is ignored.
@@ -68,6 +79,8 @@ class Predictor {
   // The tick of the newest predicted state.
   Tick tick() const;
   const BodyState& own() const { return own_now_; }
+  // The private state of its movement there; none unless a game's function moves it.
+  const MovementState& own_movement() const { return movement_now_; }
   std::uint64_t corrections() const { return corrections_; }       // those of more than kNotable_m
   double last_correction_m() const { return last_correction_m_; }  // how far the own body was off
   static constexpr double kNotable_m = 0.01;
@@ -92,7 +105,11 @@ class Predictor {
   void Place(Tick tick, const std::map<BodyId, SeenBody>& bodies);
   void Simulate();
   void Step(const PlayerInput& input);
-  physics::CharacterDrive DriveOf(BodyId id, const Body& body, const PlayerInput& input) const;
+  const GameMovement* MovementInForce() const;
+  bool LacksMovement() const;
+  MovementState MovementAt(Tick tick, std::uint32_t last_input) const;
+  physics::CharacterDrive DriveOf(BodyId id, const Body& body, const PlayerInput& input);
+  physics::CharacterDrive DriveOfOther(BodyId id, const Body& body) const;
   void FollowPaths(Tick tick);
   void Tune(const BodyDef& def, const SeenBody& seen);
   void NoteTouched();
@@ -121,6 +138,13 @@ class Predictor {
   std::size_t simulated_ = 0;       // so many of them have been simulated
   std::optional<Tick> base_tick_;
   BodyState own_now_;
+  std::optional<GameMovement> movement_;               // the program's
+  std::optional<replication::MovementNews> moved_by_;  // the newest news of the own body
+  std::string missing_, known_missing_;
+  // The private state that its movement left: at the newest predicted state, and after each input that has been
+  // simulated.
+  MovementState movement_now_;
+  std::map<std::uint32_t, MovementState> movement_after_;
   double phase_ = 1;
   std::optional<TimePoint> shown_at_;
   std::uint64_t corrections_ = 0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -14,6 +15,7 @@
 #include "core/region/region.h"
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"
+#include "core/replication/movement_news.h"
 #include "core/replication/snapshot.h"
 #include "game_sdk/api/api.h"
 #include "net/testing/endpoint_pair.h"
@@ -186,6 +188,19 @@ TEST_F(BroadcastTest, EachConnectionHasASenderOfItsOwn) {
   EXPECT_EQ(again->full_records, 3u);
 }
 
+// It lets its body go where it goes, and counts its calls.
+constexpr tessera_movement kCoast = {sizeof kCoast,
+                                     TESSERA_MOVEMENT_ABI,
+                                     "coast",
+                                     7,
+                                     1,
+                                     nullptr,
+                                     [](const tessera_movement_tick*, void* state, tessera_movement_push*) {
+                                       ++*static_cast<std::uint8_t*>(state);
+                                       return 0;
+                                     },
+                                     nullptr};
+
 // A player who moves a ball that lies on the floor and rolls into another one; two others touch elsewhere.
 class ControlledPairsTest : public testing::Test {
  protected:
@@ -213,6 +228,7 @@ class ControlledPairsTest : public testing::Test {
       return true;
     });
     module_ = game_.module();
+    module_.movement = &kCoast;
     auto host = game::GameHost::Load(module_, {"game.lua", "fine"}, scene_);
     EXPECT_TRUE(host.ok()) << host.status();
     region::Config config{RegionId(1), Incarnation(1), scene_, *MakeGridMap(scene_->ground(), 1), {}, nullptr};
@@ -234,7 +250,11 @@ class ControlledPairsTest : public testing::Test {
       port_.Service(Clock::now(), region_->tick(), true);
       for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(1))) {
         v1::RegionControl control;
-        if (event.kind != net::Event::Kind::kMessage || event.delivery == net::Delivery::kUnsequenced) continue;
+        if (event.kind != net::Event::Kind::kMessage) continue;
+        if (event.delivery == net::Delivery::kUnsequenced) {
+          if (auto news = replication::DecodeMovementNews(event.bytes); news.ok()) movements_.push_back(*news);
+          continue;
+        }
         EXPECT_TRUE(control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size())));
         for (const v1::PairEvent& pair : control.pair_events().events()) seen_.push_back(pair);
       }
@@ -256,7 +276,29 @@ class ControlledPairsTest : public testing::Test {
   std::unique_ptr<net::Endpoint> endpoint_ = net::Listen();
   net::PeerHandle peer_;
   std::vector<v1::PairEvent> seen_;
+  std::vector<replication::MovementNews> movements_;
 };
+
+// With each snapshot the player gets the state that the movement left for the last input.
+TEST_F(ControlledPairsTest, NewsOfTheMovementGoToItsPlayer) {
+  const replication::SnapshotSettings settings = replication::SnapshotSettingsFor(*scene_);
+  SnapshotBroadcast snapshots(RegionId(1), *scene_, scene_->tick_rate_hz, settings, metrics_);
+  std::map<Tick, MovementState> states;
+  for (int i = 0; i < 20; ++i) {
+    const region::StepResult result = region_->Step();
+    snapshots.AfterTick(*region_, result.departures, nullptr, port_);
+    const auto moved = region_->MovementOf(PlayerNumber(1));
+    ASSERT_TRUE(moved.has_value());
+    states[region_->tick()] = moved->state;
+  }
+  ASSERT_TRUE(Until([&] { return movements_.size() >= 20; }));
+  for (const replication::MovementNews& news : movements_) {
+    EXPECT_EQ(news.name, "coast");
+    EXPECT_EQ(news.state, states.at(news.tick));
+  }
+  EXPECT_EQ(movements_.back().state.body, BodyId(kMoved));
+  EXPECT_GT(movements_.back().state.bytes[0], 10);
+}
 
 TEST_F(ControlledPairsTest, GoToThePlayerWhoMovesTheBody) {
   PairBroadcast pairs(5);

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "core/replication/interest.h"
+#include "core/replication/movement_news.h"
 #include "core/world/viewer_number.h"
 #include "region_worker/core/time.h"
 #include "region_worker/core/view_share.h"
@@ -70,11 +71,23 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
         sender->Write(*history_, views[order[i]], region.LastInput(client->player), client->input_margin_ticks);
     full = full || written.full;
     bytes += port.SendDatagrams(peer, written.datagrams, begin);
+    if (!written.datagrams.empty()) bytes += SendMovement(region, peer, *client, port, begin);
   }
   port.Flush();
   metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
   const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
   (full ? metrics_.snapshot_full : metrics_.snapshot_delta).Observe(took_s);
+}
+
+// To the player whose body the game's own movement moves here; the bytes sent.
+std::uint64_t SnapshotBroadcast::SendMovement(const region::Region& region, net::PeerHandle peer,
+                                              const ConnectedClient& client, GamePort& port, TimePoint now) {
+  if (IsViewer(client.player)) return 0;
+  const auto moved = region.MovementOf(client.player);
+  if (!moved) return 0;
+  const net::Bytes news =
+      replication::EncodeMovementNews({.tick = region.tick(), .name = moved->movement.name, .state = moved->state});
+  return port.SendDatagrams(peer, {&news, 1}, now);
 }
 
 void SnapshotBroadcast::Push(const region::Region& region) {
@@ -96,7 +109,8 @@ void SnapshotBroadcast::ShowStanding(const region::Region& region, const PlayerP
     if (!to_all && !std::binary_search(fresh.begin(), fresh.end(), peer)) continue;
     const replication::WrittenSnapshot written = sender->Write(
         *history_, ViewOf(region, places, *client), region.LastInput(client->player), client->input_margin_ticks);
-    const std::uint64_t bytes = port.SendDatagrams(peer, written.datagrams, Clock::now());
+    std::uint64_t bytes = port.SendDatagrams(peer, written.datagrams, Clock::now());
+    if (!written.datagrams.empty()) bytes += SendMovement(region, peer, *client, port, Clock::now());
     metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
   }
   port.Flush();

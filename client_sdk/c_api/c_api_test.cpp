@@ -15,7 +15,9 @@
 #include "client_sdk/fake_instance.h"
 #include "client_sdk/include/tessera/connect.hpp"
 #include "core/replication/datagram.h"
+#include "core/replication/movement_news.h"
 #include "core/replication/region_figures.h"
+#include "game_sdk/include/tessera/movement.h"
 
 namespace tessera::client {
 namespace {
@@ -148,6 +150,65 @@ TEST_F(CApiTest, GivesWhatARegionSaysOfItself) {
   EXPECT_EQ(tessera_region_stats(client, 1, &info), TESSERA_NOT_FOUND);
   EXPECT_EQ(tessera_region_stats(client, 0, nullptr), TESSERA_INVALID_ARGUMENT);
   EXPECT_EQ(tessera_region_stats(nullptr, 0, &info), TESSERA_INVALID_ARGUMENT);
+}
+
+// The world moves the own body by a function of its game, in a version that this program does not have.
+TEST_F(CApiTest, SaysWhichMovementOfTheGameIsNotHere) {
+  Play();
+  ShowTwo();
+  tessera_movement movement = {sizeof movement,
+                               TESSERA_MOVEMENT_ABI,
+                               "glide",
+                               1,
+                               4,
+                               nullptr,
+                               [](const tessera_movement_tick*, void*, tessera_movement_push*) { return 0; },
+                               nullptr};
+  ASSERT_EQ(tessera_set_movement(client, &movement), TESSERA_OK) << tessera_last_error();
+  replication::MovementNews news{.tick = Tick(2), .name = "glide", .state = {}};
+  news.state.body = BodyId(tessera_own_body(client));
+  news.state.version = 2;
+  news.state.size = 4;
+  std::vector<std::string> told;
+  const auto send = [&] {
+    news.tick = news.tick + 1;
+    instance.regions[0]->SendFigures(replication::EncodeMovementNews(news));
+  };
+  const auto heard = [&](std::size_t count) {
+    return Until([&] {
+      tessera_event event = TESSERA_EVENT;
+      while (tessera_next_event(client, &event) != 0) {
+        if (event.kind != TESSERA_EVENT_MOVEMENT_MISSING) continue;
+        EXPECT_EQ(event.body, tessera_own_body(client));
+        told.push_back(event.detail);
+      }
+      return told.size() == count;
+    });
+  };
+  send();
+  send();
+  ASSERT_TRUE(heard(1));
+  EXPECT_EQ(told[0], "the world moves body " + std::to_string(tessera_own_body(client)) +
+                         " by movement glide version 2 with 4 bytes of state; this program has glide version 1 with 4");
+  // Another one is another word, and one that cannot be is refused.
+  movement.version = 3;
+  ASSERT_EQ(tessera_set_movement(client, &movement), TESSERA_OK);
+  send();
+  ASSERT_TRUE(heard(2)) << "once for each";
+  movement.abi = 9;
+  EXPECT_EQ(tessera_set_movement(client, &movement), TESSERA_INVALID_ARGUMENT);
+  EXPECT_STREQ(tessera_last_error(), "movement: is made for version 9 of the interface, and this is version 1");
+  movement.abi = TESSERA_MOVEMENT_ABI;
+  movement.kind = "glider";
+  EXPECT_EQ(tessera_set_movement(client, &movement), TESSERA_INVALID_ARGUMENT);
+  EXPECT_STREQ(tessera_last_error(), "movement glide: kind: the scene has no kind \"glider\"");
+  EXPECT_EQ(tessera_set_movement(client, nullptr), TESSERA_OK);
+  EXPECT_EQ(tessera_set_movement(nullptr, nullptr), TESSERA_INVALID_ARGUMENT);
+  // Malformed ones are counted, and change nothing.
+  const std::vector<std::uint8_t> cut = {static_cast<std::uint8_t>(replication::DatagramKind::kMovement), 1, 5};
+  instance.regions[0]->SendFigures(cut);
+  tessera_stats stats = TESSERA_STATS;
+  ASSERT_TRUE(Until([&] { return tessera_get_stats(client, &stats) == TESSERA_OK && stats.decode_errors == 1; }));
 }
 
 TEST_F(CApiTest, ListsInstances) {

@@ -222,6 +222,10 @@ uint32_t tessera_steer(tessera_client* handle, const tessera_steering* given) {
                                 .pitch_rad = from.pitch,
                                 .buttons = from.buttons});
 }
+tessera_code tessera_set_movement(tessera_client* handle, const struct tessera_movement* movement) {
+  if (handle == nullptr) return Refuse("client: is NULL");
+  return Guarded([&] { return Report(handle->client->SetMovement(movement)); });
+}
 uint32_t tessera_last_applied_input(const tessera_client* handle) {
   return handle == nullptr ? 0 : handle->client->last_applied_input();
 }

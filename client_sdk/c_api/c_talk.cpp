@@ -14,7 +14,8 @@ static_assert(TESSERA_EVENT_RESTORED == static_cast<int>(client::ClientEvent::Ki
 static_assert(TESSERA_EVENT_WORLD_PROPERTY_CHANGED ==
               static_cast<int>(client::ClientEvent::Kind::kWorldPropertyChanged));
 static_assert(TESSERA_EVENT_PREDICTION_CORRECTED == static_cast<int>(client::ClientEvent::Kind::kPredictionCorrected));
-static_assert(TESSERA_EVENT_PREDICTION_CORRECTED == static_cast<int>(client::ClientEvent::kLastKind));
+static_assert(TESSERA_EVENT_MOVEMENT_MISSING == static_cast<int>(client::ClientEvent::Kind::kMovementMissing));
+static_assert(TESSERA_EVENT_MOVEMENT_MISSING == static_cast<int>(client::ClientEvent::kLastKind));
 
 namespace {
 

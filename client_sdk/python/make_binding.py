@@ -57,8 +57,8 @@ class Headers:
             self.take_constants(match[1])
         elif match := re.fullmatch(r"typedef struct (\w+) \{(.*)\} \1", statement):
             self.structs[match[1]] = [field for part in self.statements_in(match[2]) for field in self.fields(part)]
-        elif match := re.fullmatch(r"typedef struct (\w+) \1", statement):
-            self.handles.add(match[1])
+        elif match := re.fullmatch(r"typedef struct (\w+) \1|struct (\w+)", statement):
+            self.handles.add(match[1] or match[2])
         elif match := re.fullmatch(r"typedef (\w+) (\w+)", statement):
             self.scalars[match[2]] = self.scalars[match[1]]
         elif match := re.fullmatch(r"TESSERA_API (.*?)(\w+)\((.*)\)", statement):
@@ -98,7 +98,7 @@ class Headers:
         return self.ctype(match[1].strip())
 
     def ctype(self, text):
-        base = text.replace("const", "").replace("*", "").strip()
+        base = text.replace("const", "").replace("struct ", "").replace("*", "").strip()
         stars = text.count("*")
         if base == "void":
             return "c_void_p" if stars else "None"

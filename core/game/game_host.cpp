@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -20,6 +21,12 @@ std::string TextOfError(const tessera_game_error& error) {
   return ValidUtf8({std::begin(error.text), end});
 }
 
+// Modules that were built before there were movements have a shorter table.
+constexpr std::size_t kLeastModuleBytes = offsetof(tessera_game_module, movement);
+bool HasMovement(const tessera_game_module& module) {
+  return module.size >= kLeastModuleBytes + sizeof module.movement && module.movement != nullptr;
+}
+
 }  // namespace
 
 BodyId CarrierOf(const GameEvent& event, const GameWorld& world) {
@@ -30,12 +37,19 @@ BodyId CarrierOf(const GameEvent& event, const GameWorld& world) {
 absl::StatusOr<std::unique_ptr<GameHost>> GameHost::Load(const tessera_game_module& module, GameFile file,
                                                          std::shared_ptr<const Scene> scene, GameSettings settings,
                                                          std::uint64_t seed, std::uint32_t number) {
-  if (module.abi != TESSERA_GAME_ABI || module.size < sizeof(tessera_game_module)) {
+  if (module.abi != TESSERA_GAME_ABI || module.size < kLeastModuleBytes) {
     return absl::InvalidArgumentError(absl::StrCat(file.name, ": is made for version ", module.abi,
                                                    " of the interface, and this is version ", TESSERA_GAME_ABI));
   }
   auto host =
       std::unique_ptr<GameHost>(new GameHost(module, std::move(file), std::move(scene), settings, seed, number));
+  if (HasMovement(module)) {
+    absl::StatusOr<GameMovement> movement = MovementIn(*host->scene_, *module.movement);
+    if (!movement.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat(host->file_.name, ": ", movement.status().message()));
+    }
+    host->movement_ = *std::move(movement);
+  }
   if (absl::Status status = host->Renew(); !status.ok()) return status;
   return host;
 }
@@ -294,6 +308,17 @@ void GameHost::NoteFailure(Handler& handler, std::uint32_t callback, BodyId self
   ++statistics_.callbacks_off;
   Say({tick_, self, true,
        absl::StrCat(NameOf(callback, kind), " failed ", handler.failures, " times in a row and is off"), true});
+}
+
+void GameHost::NoteMoved(Tick tick, PlayerNumber player, const std::string& error) {
+  if (error.empty() && movement_failed_.empty()) return;
+  std::erase_if(movement_failed_, [&](const auto& failed) { return failed.second + kMovementSilence < tick; });
+  if (error.empty()) return;
+  ++statistics_.errors;
+  const bool known = !movement_failed_.insert_or_assign(player, tick).second;
+  if (known) return;
+  Say({tick, PlayerBodyId(player), true,
+       absl::StrCat(file_.name, ": player ", player.value(), " is not moved: ", error)});
 }
 
 void GameHost::Say(GameLine line) {

@@ -37,6 +37,7 @@
 #include "core/game/host_state.h"
 #include "core/game/settings.h"
 #include "core/game/transaction.h"
+#include "core/world/movement.h"
 #include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
@@ -129,6 +130,13 @@ class GameHost {
   using Inspection = absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)>;
   void Inspect(Tick tick, GameWorld& world, Inspection act) const;
 
+  // The module's own movement of players' bodies; null without one.
+  const GameMovement* movement() const { return movement_ ? &*movement_ : nullptr; }
+  // It has moved this player's body in this tick, or failed to, and why. A player for whom it fails is named in one
+  // line, and again only after kMovementSilence ticks without a failure.
+  void NoteMoved(Tick tick, PlayerNumber player, const std::string& error);
+  static constexpr std::uint64_t kMovementSilence = 600;
+
   // Whether the game has this callback of the world, off or not.
   bool Has(std::uint32_t world_callback) const;
   // Whether any body's kind has on_tick, so that a tick costs something without events.
@@ -189,6 +197,8 @@ class GameHost {
   void Say(GameLine line);
 
   const tessera_game_module& module_;
+  std::optional<GameMovement> movement_;
+  std::map<PlayerNumber, Tick> movement_failed_;  // the newest failure of each, as long as it may be silent about it
   const GameFile file_;
   const std::shared_ptr<const Scene> scene_;
   const GameSettings settings_;

@@ -23,7 +23,7 @@ class ForcesTest : public ::testing::Test {
   Vec3d On(std::size_t index) { return forces.Find(world.bodies, players, records)[index].acceleration_m_s2; }
 
   SmallWorld world{Windy()};
-  RegionPlayers players{*world.scene};
+  RegionPlayers players;
   RecordTable records;
   BodyForces forces{*world.scene, SmallWorld::kTick_s};
 };

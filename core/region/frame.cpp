@@ -6,7 +6,7 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 13;
+constexpr std::uint8_t kFormat = 14;
 
 // Flags of a header.
 constexpr std::uint8_t kReconnect = 1, kWasDown = 2, kPromises = 4;
@@ -281,6 +281,8 @@ void WriteControl(ByteWriter& out, const PlayerControl& control) {
   WriteInput(out, control.next);
   out.Varint(control.queue.size());
   for (const PlayerInput& input : control.queue) WriteInput(out, input);
+  Write(out, control.state);
+  Write(out, control.next_state);
 }
 
 void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control) {
@@ -291,6 +293,8 @@ void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control) {
   ReadInput(in, body, control.next);
   control.queue.resize(in.Count(kMinInputBytes));
   for (PlayerInput& input : control.queue) ReadInput(in, body, input);
+  control.state = ReadMovementState(in);
+  control.next_state = ReadMovementState(in);
 }
 
 void WriteRecord(ByteWriter& out, const CarriedRecord& record) {

@@ -19,6 +19,7 @@
 #include "core/region/record_table.h"
 #include "core/world/bytes.h"
 #include "core/world/ids.h"
+#include "core/world/movement.h"
 #include "core/world/player_input.h"
 #include "core/world/scene.h"
 
@@ -75,6 +76,8 @@ struct PlayerControl {
   PlayerInput next{};
   std::uint8_t held = 0;             // ticks for which a character's last input has stood in for a missing one
   std::vector<PlayerInput> queue{};  // ascending by number
+  // Private state of the movement that a game wrote: as it was for the input that acts, and after the next one.
+  MovementState state{}, next_state{};
   friend bool operator==(const PlayerControl&, const PlayerControl&) = default;
 };
 
@@ -155,8 +158,9 @@ struct BorderFrame {
   std::vector<MessagePacket> packets;
 };
 
-// The parts of a grant that the log has too. A control has its last input, two bytes, its next input and a count.
-inline constexpr std::size_t kMinControlBytes = 1 + 2 + 1 + kMinSteeringBytes + 1;
+// The parts of a grant that the log has too. A control has its last input, two bytes, its next input, a count and two
+// states of a movement.
+inline constexpr std::size_t kMinControlBytes = 1 + 2 + 1 + kMinSteeringBytes + 1 + 2;
 void WriteControl(ByteWriter& out, const PlayerControl& control);
 void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control);
 void WriteRecord(ByteWriter& out, const CarriedRecord& record);

@@ -51,7 +51,7 @@ class OwnershipTest : public ::testing::Test {
   }
 
   SmallWorld world{WithPlayers()};
-  RegionPlayers players{*world.scene};
+  RegionPlayers players;
   PairReports reports{world.catalog};
   RecordTable properties;
   OutputCommit output;

@@ -39,6 +39,7 @@
 #include "core/region/settings.h"
 #include "core/region/step_result.h"
 #include "core/region/world_properties.h"
+#include "core/world/movement.h"
 #include "core/world/partition_map.h"
 #include "core/world/player_input.h"
 #include "core/world/scene.h"
@@ -160,6 +161,13 @@ class Region {
   void AcknowledgeEvents(PlayerNumber player, std::uint32_t event);
   // The body that the player's inputs move, as far as may be told; its own where the player looks on, or is not here.
   BodyId MovedBy(PlayerNumber player) const;
+  // How the game's own movement moves that body, for the player's client: its state is that after LastInput. Nothing
+  // where none does, or the player's body is not owned here. Valid until the region changes.
+  struct GameMoved {
+    const GameMovement& movement;
+    MovementState state;
+  };
+  std::optional<GameMoved> MovementOf(PlayerNumber player) const;
   // All of it that may be told; null where the player's body is not owned here, or nobody may know of the player yet.
   // Valid until the region changes.
   const game::PlayerRecord* TalkOf(PlayerNumber player) const;

@@ -65,6 +65,10 @@ class RegionGame : private game::GameWorld {
     return retired != retired_.end() && retired->second > tick;
   }
   game::GameHost* host() const { return host_.get(); }
+  // The game's own movement of players' bodies; null without one.
+  const GameMovement* movement() const { return host_ == nullptr ? nullptr : host_->movement(); }
+  // The game's movement has moved this player's body, or failed to.
+  void NoteMoved(Tick tick, PlayerNumber player, const std::string& error) { host_->NoteMoved(tick, player, error); }
   // Number of the game that runs; 0 without one.
   std::uint32_t number() const { return host_ == nullptr ? 0 : host_->number(); }
   // A game that may take the place of the one that runs, by a map with its number; only the last one counts.

@@ -56,7 +56,6 @@ RegionParts::RegionParts(const Config& config)
       catalog(config.scene, config.game != nullptr),
       neighborhood(config.self, config.map),
       bodies(catalog, WorldSettingsOf(config), config.initial == nullptr ? Tick() : config.initial->tick),
-      players(*config.scene),
       reports(catalog),
       blasts(*config.scene),
       ownership(catalog, bodies, players, reports, records, output, shared, blasts),

@@ -171,28 +171,24 @@ bool RegionPlayers::TakeNext(PlayerControl& control) {
   return true;
 }
 
-void RegionPlayers::CommitCharacter(PlayerNumber player,
-                                    absl::FunctionRef<physics::CharacterDrive(const PlayerInput&)> drive) {
+void RegionPlayers::Commit(PlayerNumber player, bool goes_on,
+                           absl::FunctionRef<Moved(const PlayerInput&, const MovementState&)> move) {
   PlayerControl& control = controlled_.at(player).control;
   if (TakeNext(control)) {
     control.held = 0;
+  } else if (!goes_on) {
+    control.next_state = {};
+    return;
   } else if (control.held < kMaxHeldTicks) {
     ++control.held;
   } else {
     control.next.move = {};
     control.next.buttons = 0;
   }
-  const physics::CharacterDrive found = drive(control.next);
-  control.next.force_n = found.force_n;
-  control.next.torque_nm = found.torque_nm;
-}
-
-void RegionPlayers::Commit(PlayerNumber player, const BodyState& state, double radius_m, const PlayerLimits& limits) {
-  PlayerControl& control = controlled_.at(player).control;
-  if (!TakeNext(control)) return;
-  control.next.force_n = LimitedForce(*scene_.player, control.next.force_n, state.linear_velocity, limits);
-  control.next.torque_nm =
-      LimitedTorque(*scene_.player, radius_m, control.next.torque_nm, state.angular_velocity, limits);
+  const Moved moved = move(control.next, control.next_state);
+  control.next.force_n = moved.drive.force_n;
+  control.next.torque_nm = moved.drive.torque_nm;
+  control.next_state = moved.state;
 }
 
 void RegionPlayers::Applied(PlayerNumber player) {
@@ -200,6 +196,7 @@ void RegionPlayers::Applied(PlayerNumber player) {
   if (control.committed) control.last_input = control.next.number;
   control.committed = false;
   control.next.force_n = control.next.torque_nm = Vec3f();
+  control.state = control.next_state;
 }
 
 PlayerControl RegionPlayers::MakeGrant(PlayerNumber player) {

@@ -14,9 +14,9 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
-#include "core/physics/character.h"
 #include "core/region/frame.h"
 #include "core/region/input_sequence.h"
+#include "core/region/movement.h"
 #include "core/region/region.h"
 #include "core/world/player_limits.h"
 #include "core/world/properties.h"
@@ -31,8 +31,6 @@ struct Driven {
 
 class RegionPlayers {
  public:
-  explicit RegionPlayers(const Scene& scene) : scene_(scene) {}
-
   // `begins`: its name, and the properties that it begins with.
   void Spawn(PlayerNumber player, PropertySet begins = {});
   void Leave(PlayerNumber player) { left_.insert(player); }
@@ -65,12 +63,11 @@ class RegionPlayers {
   absl::Status Queue(const PlayerInput& input);
   // An input that came by way of the last owner takes its place by number, unless it is here already or too late.
   void QueueForwarded(const PlayerInput& input);
-  // Chooses the input of the next step and applies the scene's limits to it, or the game's, given the state now of the
-  // body that it moves.
-  void Commit(PlayerNumber player, const BodyState& state, double radius_m, const PlayerLimits& limits = {});
-  // The same in a scene of characters: `drive` finds what an input does to the body. Where no input is there the last
-  // one goes on for kMaxHeldTicks, so that a late one is not felt as a stumble, and then nothing is asked.
-  void CommitCharacter(PlayerNumber player, absl::FunctionRef<physics::CharacterDrive(const PlayerInput&)> drive);
+  // Chooses the input of the next step; `move` finds what it does to the body that it moves, given the state that the
+  // body's movement left. Where no input is there and it `goes_on`, the last one does for kMaxHeldTicks, so that a late
+  // one is not felt as a stumble, and then nothing is asked; otherwise nothing is done.
+  void Commit(PlayerNumber player, bool goes_on,
+              absl::FunctionRef<Moved(const PlayerInput&, const MovementState&)> move);
   // The committed input is acting: its number becomes the last one.
   void Applied(PlayerNumber player);
   // All that the new owner must know. What is queued after this comes out of `Release` and has to be sent after it.
@@ -87,7 +84,6 @@ class RegionPlayers {
   };
   static bool TakeNext(PlayerControl& control);
 
-  const Scene& scene_;
   std::map<PlayerNumber, PropertySet> asked_;
   std::set<PlayerNumber> spawned_, left_, parked_, unparked_;
   std::vector<BodyId> hidden_;

@@ -69,22 +69,20 @@ TEST(PlayerLimitsTest, TorqueIsWhatTheForceDoesAtTheSurface) {
 
 // The last input of a character is held for a while when inputs are late, and then nothing is asked.
 TEST(PlayersTest, ACharactersLastInputIsHeldForAWhile) {
-  Scene scene;
-  scene.player = Rules();
-  RegionPlayers players(scene);
+  RegionPlayers players;
   players.Adopt(kMember, {});
   PlayerInput walk = InputOf(1);
   walk.move = {0, 1};
   walk.yaw_rad = 1;
   ASSERT_TRUE(players.Queue(walk).ok());
   int asked = 0;
-  const auto drive = [&](const PlayerInput& input) {
+  const auto walks = [&](const PlayerInput& input, const MovementState&) {
     asked += input.move == walk.move ? 1 : 0;
     EXPECT_EQ(input.yaw_rad, 1);  // it looks where it looked
-    return physics::CharacterDrive{{5, 0, 0}, {}};
+    return Moved{{{5, 0, 0}, {}}, {}, {}};
   };
   for (int tick = 0; tick < 100; ++tick) {
-    players.CommitCharacter(kMember, drive);
+    players.Commit(kMember, true, walks);
     EXPECT_EQ(players.Find(kMember)->committed, tick == 0);
     EXPECT_EQ(players.Find(kMember)->next.force_n, Vec3f(5, 0, 0));  // driven in every tick
     players.Applied(kMember);
@@ -96,9 +94,7 @@ TEST(PlayersTest, ACharactersLastInputIsHeldForAWhile) {
 }
 
 TEST(PlayersTest, AreAsTheyShouldBeWhateverIsAskedOfThem) {
-  Scene scene;
-  scene.player = Rules();
-  RegionPlayers players(scene);
+  RegionPlayers players;
   players.Spawn(kMember);
   players.Park(kMember, true);
   players.Park(kMember, false);
@@ -106,13 +102,35 @@ TEST(PlayersTest, AreAsTheyShouldBeWhateverIsAskedOfThem) {
   players.QueueForwarded(InputOf(3));
   EXPECT_TRUE(players.Queue(InputOf(6)).ok());
   players.Validate();
-  players.Commit(kMember, {}, 0.5);
+  players.Commit(kMember, false, [](const PlayerInput&, const MovementState&) { return Moved{}; });
   players.Validate();
 }
 
+// Between a step and the next one, a body has the state that its last push left, and the one that the next push did.
+TEST(PlayersTest, AMovementsStateGoesOnFromTickToTickAndEndsWithIt) {
+  RegionPlayers players;
+  players.Adopt(kMember, {});
+  const auto counts = [](const PlayerInput&, const MovementState& before) {
+    Moved moved{.drive = {}, .state = before, .error = {}};
+    moved.state.body = BodyId(5);
+    moved.state.size = 1;
+    ++moved.state.bytes[0];
+    return moved;
+  };
+  for (int tick = 0; tick < 3; ++tick) {
+    players.Commit(kMember, true, counts);
+    EXPECT_EQ(players.Find(kMember)->state.bytes[0], tick);
+    EXPECT_EQ(players.Find(kMember)->next_state.bytes[0], tick + 1);
+    players.Applied(kMember);
+  }
+  EXPECT_EQ(players.Find(kMember)->state.bytes[0], 3);
+  players.Commit(kMember, false, counts);
+  EXPECT_EQ(players.Find(kMember)->next_state, MovementState());
+  EXPECT_EQ(players.Find(kMember)->state.bytes[0], 3) << "it acts until the next step";
+}
+
 TEST(PlayersTest, AQueueThatDoesNotAscendIsNoticed) {
-  Scene scene;
-  RegionPlayers players(scene);
+  RegionPlayers players;
   players.Adopt(kMember, ControlWith({5, 2}));
   EXPECT_DEBUG_DEATH(players.Validate(), "");
 }

@@ -82,6 +82,16 @@ BodyId Region::MovedBy(PlayerNumber player) const {
   return driven == BodyId() ? PlayerBodyId(player) : driven;
 }
 
+std::optional<Region::GameMoved> Region::MovementOf(PlayerNumber player) const {
+  const GameMovement* const movement = parts_->game.movement();
+  const PlayerControl* const control = parts_->players.Find(player);
+  if (movement == nullptr || control == nullptr) return std::nullopt;
+  const BodyId moved = MovedBy(player);
+  const std::ptrdiff_t at = parts_->bodies.IndexOf(moved);
+  if (at < 0 || !movement->Moves(*parts_->bodies.owned()[static_cast<std::size_t>(at)].def)) return std::nullopt;
+  return GameMoved{*movement, StateFor(*movement, moved, control->state)};
+}
+
 std::vector<EndedPlayer> Region::ended_players() const {
   std::vector<EndedPlayer> ended;
   for (const BodyId id : parts_->records.hidden()) {

@@ -204,22 +204,20 @@ const PlayerLimits& LimitsOf(BodyId id, const RecordTable& records) {
 void CommitInputs(RegionParts& parts) {
   const Scene& scene = parts.scene();
   if (!scene.player.has_value()) return;
+  const GameMovement* const game = parts.game.movement();
   for (std::size_t i = 0; i < parts.bodies.owned().size(); ++i) {
-    const OwnedBody& body = parts.bodies.owned()[i];
-    const BodyId id = body.def->id;
+    const BodyId id = parts.bodies.owned()[i].def->id;
     if (!IsPlayerBody(id)) continue;
-    const PlayerLimits& limits = LimitsOf(id, parts.records);
-    const BodyId moved = parts.players.MovedBy(PlayerOf(id));
-    if (moved != id || !scene.player->character.has_value()) {
-      const auto at = moved == id ? i : static_cast<std::size_t>(parts.bodies.IndexOf(moved));
-      parts.players.Commit(PlayerOf(id), parts.bodies.owned()[at].state, parts.bodies.radius_m(at), limits);
-      continue;
-    }
-    parts.players.CommitCharacter(PlayerOf(id), [&](const PlayerInput& input) {
-      const auto drive = [&](const PlayerRules& rules) {
-        return physics::DriveCharacter(parts.bodies.world(), id, rules, scene.gravity_m_s2, input, parts.tick_s);
-      };
-      return limits.empty() ? drive(*scene.player) : drive(RulesWith(*scene.player, limits));
+    const PlayerNumber player = PlayerOf(id);
+    const BodyId moved = parts.players.MovedBy(player);
+    const auto at = moved == id ? i : static_cast<std::size_t>(parts.bodies.IndexOf(moved));
+    const MovementKind kind = KindOfMovement(scene, *parts.bodies.owned()[at].def, moved == id, game);
+    const Mover mover{parts.bodies.world(),        scene, kind, moved, parts.bodies.radius_m(at), parts.tick_s,
+                      LimitsOf(id, parts.records), game};
+    parts.players.Commit(player, GoesOn(kind), [&](const PlayerInput& input, const MovementState& state) {
+      Moved found = Move(mover, input, state);
+      if (kind == MovementKind::kGame) parts.game.NoteMoved(parts.tick, player, found.error);
+      return found;
     });
   }
 }

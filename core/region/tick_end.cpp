@@ -86,10 +86,11 @@ void FindRelevant(RegionParts& parts) {
 
 std::vector<OutgoingFrame> MakeFrames(RegionParts& parts) {
   std::vector<OutgoingFrame> out;
-  LookaheadPromise promise(
-      {parts.bodies, parts.catalog, parts.neighborhood, parts.settings, parts.forces.found(), parts.tick_s,
-       parts.map_change.map() != nullptr || AnyoneWaits(parts) || parts.messages.waits() || parts.shared.waits() ||
-           parts.blasts.waits() || !parts.players.driven().empty() || !parts.records.limited().empty()});
+  LookaheadPromise promise({parts.bodies, parts.catalog, parts.neighborhood, parts.settings, parts.forces.found(),
+                            parts.tick_s,
+                            parts.map_change.map() != nullptr || AnyoneWaits(parts) || parts.messages.waits() ||
+                                parts.shared.waits() || parts.blasts.waits() || !parts.players.driven().empty() ||
+                                !parts.records.limited().empty() || parts.game.movement() != nullptr});
   for (std::size_t n = 0; n < parts.neighborhood.size(); ++n) {
     const RegionId to = parts.neighborhood[n];
     const BorderLink::Duty duty = parts.borders.DutyNow(n, parts.tick);

@@ -13,6 +13,7 @@ enum class DatagramKind : std::uint8_t {
   kCommands = 3,       // client -> region: core/replication/command.h
   kRegionFigures = 4,  // region -> client: core/replication/region_figures.h
   kSceneRequest = 5,   // client -> region: core/replication/scene_transfer.h
+  kMovement = 6,       // region -> client: core/replication/movement_news.h
 };
 
 // An acknowledgement names the newest datagram that came, and has a bit for each of so many before it.
@@ -22,7 +23,7 @@ inline constexpr std::uint32_t kAckMaskBits = 64;
 inline constexpr std::uint64_t kMaxTick = std::uint64_t{1} << 52;
 
 inline DatagramKind KindOf(std::span<const std::uint8_t> datagram) {
-  if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kSceneRequest)) {
+  if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kMovement)) {
     return DatagramKind::kUnknown;
   }
   return static_cast<DatagramKind>(datagram[0]);

@@ -181,7 +181,7 @@ int Run(void* loaded, tessera_game_call* call, const tessera_game_event* event, 
   return failed ? 1 : 0;
 }
 
-constexpr tessera_game_module kModule = {sizeof kModule, TESSERA_GAME_ABI, Load, Unload, Handles, Run};
+constexpr tessera_game_module kModule = {sizeof kModule, TESSERA_GAME_ABI, Load, Unload, Handles, Run, nullptr};
 
 }  // namespace
 

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "core/region/region.h"
+#include "core/world/scene_io.h"
 #include "game_sdk/lua/lua_module.h"
 #include "game_sdk/native/native_module.h"
 #include "game_sdk/testing/lockstep_world.h"
@@ -63,6 +65,39 @@ TEST(ExampleGamesTest, TheSameGameInLuaAndInCppGivesTheSameBits) {
     EXPECT_EQ(HashesOf((*native)->module(), {"fountain", ""}, options), expected) << deaths;
     EXPECT_NE(expected.front(), expected.back());
   }
+}
+
+TEST(ExampleGamesTest, TheCarDrivesInItsScene) {
+  std::ifstream file(TESSERA_SOURCE_DIR "/game_sdk/examples/car/scene.textproto");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto written = ParseScene(text, "scene.textproto");
+  ASSERT_TRUE(written.ok()) << written.status();
+  const auto scene = ResolveScene(*written, "scene.textproto");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  const auto car = NativeModule::Load(TESSERA_BINARY_DIR "/game_modules", "car");
+  ASSERT_TRUE(car.ok()) << car.status();
+  auto host = GameHost::Load((*car)->module(), {"car", ""}, *scene);
+  ASSERT_TRUE(host.ok()) << host.status();
+
+  constexpr PlayerNumber kDriver{1};
+  region::Config config{RegionId(1), Incarnation(1), *scene, *MakeGridMap((*scene)->ground(), 1), {}, nullptr};
+  config.game = *std::move(host);
+  region::Region region(std::move(config));
+  region.Start();
+  region.SpawnPlayer(kDriver);
+  for (std::uint32_t tick = 1; tick <= 600; ++tick) {
+    region.Step();
+    PlayerInput input;
+    input.number = tick;
+    input.player = kDriver;
+    input.body = PlayerBodyId(kDriver);
+    input.move = {0, tick > 120 ? 0.5F : 0.0F};
+    ASSERT_TRUE(region.QueueInput(input).ok()) << tick;
+    for (const GameLine& line : region.game()->TakeLines()) EXPECT_FALSE(line.error) << line.text;
+  }
+  const BodyState state = region.world().StateOf(PlayerBodyId(kDriver));
+  EXPECT_LT(state.position.z, -60) << "it has passed the ramp";
+  EXPECT_GT(Rotate(state.orientation, Vec3d(0, 1, 0)).y, 0.8) << "on its wheels";
 }
 
 }  // namespace

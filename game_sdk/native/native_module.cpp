@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/movement.h"
 #include "core/world/sha256.h"
 #include "game_sdk/api/api.h"
 #include "game_sdk/native/crash_note.h"
@@ -87,6 +89,12 @@ absl::StatusOr<std::string> ReadLibrary(const std::string& path, std::string_vie
   return std::move(bytes).str();
 }
 
+// A library that was built before there were movements has a shorter table.
+const tessera_movement* MovementOfModule(const tessera_game_module& functions) {
+  const bool has = functions.size >= offsetof(tessera_game_module, movement) + sizeof functions.movement;
+  return has ? functions.movement : nullptr;
+}
+
 // The library's functions.
 absl::StatusOr<const tessera_game_module*> Open(const std::string& path) {
   void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -101,9 +109,12 @@ absl::StatusOr<const tessera_game_module*> Open(const std::string& path) {
   } else if (functions->abi != TESSERA_GAME_ABI) {
     status = absl::FailedPreconditionError(absl::StrCat("is made for version ", functions->abi,
                                                         " of the interface, and this is version ", TESSERA_GAME_ABI));
-  } else if (functions->size < sizeof(tessera_game_module)) {
+  } else if (functions->size < offsetof(tessera_game_module, movement)) {
     status = absl::FailedPreconditionError(
         absl::StrCat("has a table of ", functions->size, " bytes, of ", sizeof(tessera_game_module)));
+  } else if (const tessera_movement* movement = MovementOfModule(*functions); movement != nullptr) {
+    status = CheckMovement(*movement);
+    if (!status.ok()) status = absl::FailedPreconditionError(status.message());
   }
   if (status.ok()) return functions;
   dlclose(library);
@@ -112,10 +123,31 @@ absl::StatusOr<const tessera_game_module*> Open(const std::string& path) {
 
 }  // namespace
 
-NativeModule::NativeModule(std::string name, std::string hash)
+NativeModule::NativeModule(std::string name, std::string hash, const tessera_movement* movement)
     : name_(std::move(name)),
       hash_(std::move(hash)),
-      watched_{sizeof(tessera_game_module), TESSERA_GAME_ABI, LoadNative, UnloadNative, HandlesNative, RunNative} {}
+      movement_(movement),
+      watched_{sizeof(tessera_game_module),
+               TESSERA_GAME_ABI,
+               LoadNative,
+               UnloadNative,
+               HandlesNative,
+               RunNative,
+               movement == nullptr ? nullptr : &watched_movement_} {
+  if (movement == nullptr) return;
+  watched_movement_ = *movement;
+  watched_movement_.size = sizeof watched_movement_;
+  watched_movement_.move = MoveNative;
+  watched_movement_.user = this;
+}
+
+int NativeModule::MoveNative(const tessera_movement_tick* tick, void* state, tessera_movement_push* push) {
+  const auto& native = *static_cast<const NativeModule*>(tick->user);
+  const CrashNote note(native.name_.c_str(), "its movement", nullptr);
+  tessera_movement_tick own = *tick;
+  own.user = native.movement_->user;
+  return native.movement_->move(&own, state, push);
+}
 
 absl::StatusOr<std::shared_ptr<const NativeModule>> NativeModule::Load(const std::string& folder, std::string_view name,
                                                                        std::string_view hash) {
@@ -146,7 +178,7 @@ absl::StatusOr<std::shared_ptr<const NativeModule>> NativeModule::Load(const std
     return absl::Status(functions.status().code(),
                         absl::StrCat("game module ", shown, ": ", functions.status().message()));
   }
-  std::shared_ptr<const NativeModule> module(new NativeModule(owned, std::move(build)));
+  std::shared_ptr<const NativeModule> module(new NativeModule(owned, std::move(build), MovementOfModule(**functions)));
   Libraries().emplace(owned, Library{module, *functions});
   return module;
 }

@@ -3,7 +3,7 @@
 //
 //   auto module = NativeModule::Load("/usr/lib/tessera/games", "arena", hash);       // arena.so
 //   if (!module.ok()) return module.status();
-//   GameHost::Load((*module)->module(), {"arena", ""}, scene);
+//   GameHost::Load((*module)->module(), {"arena", ""}, scene);   // with the movement that it has
 //
 // A library that is loaded stays until the process ends. Where one crashes, the process dies as it would without a
 // game, after a line on stderr that names the game and the callback that ran (kDiedInModule).
@@ -39,10 +39,14 @@ class NativeModule {
   const std::string& hash() const { return hash_; }
 
  private:
-  NativeModule(std::string name, std::string hash);
+  NativeModule(std::string name, std::string hash, const tessera_movement* movement);
+  static int MoveNative(const tessera_movement_tick* tick, void* state, tessera_movement_push* push);
 
   const std::string name_, hash_;
-  const tessera_game_module watched_;  // notes what runs, and passes it on to the library's
+  // These note what runs, and pass it on to the library's.
+  const tessera_movement* const movement_;  // the library's; null without one
+  tessera_movement watched_movement_{};
+  const tessera_game_module watched_;
 };
 
 }  // namespace tessera::game

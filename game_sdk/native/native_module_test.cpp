@@ -77,6 +77,22 @@ TEST(NativeModuleLoadTest, AnotherVersionOfTheInterfaceIsRefused) {
             "game module other_abi: is made for version 8 of the interface, and this is version 1");
 }
 
+TEST(NativeModuleLoadTest, AnotherVersionOfMovementsIsRefused) {
+  EXPECT_EQ(RefusalOf("bad_movement"),
+            "game module bad_movement: movement: is made for version 8 of the interface, and this is version 1");
+}
+
+TEST(NativeModuleLoadTest, AModulesMovementComesWithIt) {
+  const auto car = NativeModule::Load(kModules, "car"), fails = NativeModule::Load(kModules, "fails");
+  ASSERT_TRUE(car.ok() && fails.ok()) << car.status() << fails.status();
+  EXPECT_EQ((*fails)->module().movement, nullptr);
+  ASSERT_NE((*car)->module().movement, nullptr);
+  EXPECT_STREQ((*car)->module().movement->name, "car");
+  // The scene of this test has no player whom it could move.
+  const auto host = GameHost::Load((*car)->module(), {"car", ""}, FakeGameWorld().shared_scene());
+  EXPECT_EQ(host.status().message(), "car: movement car: the scene has no player");
+}
+
 TEST(NativeModuleLoadTest, AnotherBuildIsRefusedAndTheSameOneIsNot) {
   const std::string other(64, 'a');
   EXPECT_THAT(RefusalOf("fails", other), HasSubstr("and the world runs build aaaaaaaaaaaa"));

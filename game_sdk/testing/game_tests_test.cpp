@@ -297,7 +297,8 @@ TEST_F(GameTestsTest, AGameThatFreshStatesChangeFails) {
         arguments[2].type = TESSERA_GAME_WHOLE;
         arguments[2].as.whole = ++number;
         return host->call(call, kBodySet, arguments, 3, &result);
-      }};
+      },
+      nullptr};
   const auto scene = LoadScene(SceneForm::kText, FileOf(NewGame("test"), "scene.json"), "scene.json");
   ASSERT_TRUE(scene.ok()) << scene.status();
   const GameFile script{"game_test.lua", "test('x', function(t) t:step(3) end)"};

@@ -214,7 +214,8 @@ TEST_F(LockstepWorldTest, FreshStatesForgetWhatAGameKeeps) {
         arguments[2].type = TESSERA_GAME_WHOLE;
         arguments[2].as.whole = ++number;
         return host->call(call, kBodySet, arguments, 3, &result);
-      }};
+      },
+      nullptr};
   for (const bool fresh : {false, true}) {
     LockstepOptions options;
     options.regions = 1;

@@ -67,8 +67,8 @@ int RunWatched(void* game, tessera_game_call* call, const tessera_game_event* ev
   return watched.module->run(watched.game, call, event, error);
 }
 
-constexpr tessera_game_module kWatchedModule = {sizeof kWatchedModule, TESSERA_GAME_ABI, LoadWatched,
-                                                UnloadWatched,         HandlesWatched,   RunWatched};
+constexpr tessera_game_module kWatchedModule = {sizeof kWatchedModule, TESSERA_GAME_ABI, LoadWatched, UnloadWatched,
+                                                HandlesWatched,        RunWatched,       nullptr};
 
 }  // namespace
 

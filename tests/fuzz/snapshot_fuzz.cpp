@@ -1,10 +1,12 @@
-// Snapshot datagrams to a receiver that knows some bodies, their acknowledgements to a sender, and fast lists.
+// Snapshot datagrams to a receiver that knows some bodies, their acknowledgements to a sender, fast lists, and news of
+// movements.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/codec/velocity.h"
+#include "core/replication/movement_news.h"
 #include "core/replication/quantize.h"
 #include "core/replication/snapshot.h"
 #include "core/replication/testing/moving_bodies.h"
@@ -48,11 +50,20 @@ void ReadFastList(std::span<const std::uint8_t> bytes, const Quantizer& quantize
   }
 }
 
+// Refused, or it says the same when it is written again.
+void ReadMovement(std::span<const std::uint8_t> bytes) {
+  const auto news = DecodeMovementNews(bytes);
+  if (!news.ok()) return;
+  const auto again = DecodeMovementNews(EncodeMovementNews(*news));
+  if (!again.ok() || *again != *news) std::abort();
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::span<const std::uint8_t> bytes(data + 1, size - 1);
+  ReadMovement(bytes);
   MovingBodies world({.count = 6});
   world.bodies()[2].properties = std::make_shared<const Bytes>(Bytes{0, 7});
   static const Quantizer quantizer(world.bounds(), {});

@@ -182,7 +182,11 @@ enum {
   TESSERA_EVENT_WORLD_PROPERTY_CHANGED = 18,
   /* The own body was shown more than a centimetre elsewhere than it came to be. body, region, input: the newest that
    * had acted by then, other: the body that it touched, or 0, detail: how far, and why as far as the client knows. */
-  TESSERA_EVENT_PREDICTION_CORRECTED = 19
+  TESSERA_EVENT_PREDICTION_CORRECTED = 19,
+  /* The world moves the own body by a function of its game that this program has not given to tessera_set_movement, or
+   * in another version: the body is shown as the server has it. Once for each. body, region, detail: which one the
+   * world has, and which one is here. */
+  TESSERA_EVENT_MOVEMENT_MISSING = 20
 };
 
 typedef struct tessera_event {
@@ -407,6 +411,13 @@ typedef struct tessera_steering {
 /* From now until the next call of this or of tessera_move, which replaces force and torque alone. Gives the number of
  * the next input; 0: an argument is wrong. */
 TESSERA_API uint32_t tessera_steer(tessera_client* client, const tessera_steering* steering);
+struct tessera_movement; /* see tessera/movement.h */
+/* The function by which the world's game moves players' bodies (tessera/movement.h), so that the own body is predicted
+ * by it: where its name, version and state_bytes are the world's; TESSERA_EVENT_MOVEMENT_MISSING says where not. Before
+ * the first tessera_poll, or at any time; NULL: none any more. What it points to outlives the client.
+ * TESSERA_INVALID_ARGUMENT: tessera_last_error names the field, or the kind that the scene does not have; then there is
+ * none. */
+TESSERA_API tessera_code tessera_set_movement(tessera_client* client, const struct tessera_movement* movement);
 /* Number of the last input that moved the own body, as its region says; 0 before the first. */
 TESSERA_API uint32_t tessera_last_applied_input(const tessera_client* client);
 

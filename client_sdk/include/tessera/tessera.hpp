@@ -289,6 +289,10 @@ class Client {
 
   std::uint32_t Steer(const Steering& steering) { return tessera_steer(get(), &steering); }
 
+  // The function by which the world's game moves players' bodies, from <tessera/movement.h>; null: none any more. It
+  // outlives the client.
+  Error SetMovement(const tessera_movement* movement) { return Error::Of(tessera_set_movement(get(), movement)); }
+
   SceneInfo Scene() const {
     SceneInfo scene = TESSERA_SCENE_INFO;
     tessera_get_scene(get(), &scene);

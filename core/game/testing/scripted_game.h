@@ -58,7 +58,7 @@ class ScriptedGame {
     handlers_[{callback, kind}] = std::move(handler);
   }
   tessera_game_module module() const {
-    return {sizeof(tessera_game_module), TESSERA_GAME_ABI, Load, Unload, Handles, Run};
+    return {sizeof(tessera_game_module), TESSERA_GAME_ABI, Load, Unload, Handles, Run, nullptr};
   }
   int loads() const { return loads_; }
 

@@ -21,6 +21,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "movement.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -122,6 +124,8 @@ typedef struct tessera_game_module {
   int (*handles)(const void* game, uint32_t callback, const char* kind);
   /* Runs one callback. Returns 0, or not 0 and why. */
   int (*run)(void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error);
+  /* How players' inputs move bodies; NULL: as the scene says. Modules whose `size` ends before this have none. */
+  const tessera_movement* movement;
 } tessera_game_module;
 
 /* A native module exports this function, under this name. */

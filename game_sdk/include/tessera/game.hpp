@@ -453,7 +453,9 @@ inline int Run(void* game, tessera_game_call* call, const tessera_game_event* ev
 
 // NOLINTBEGIN(bugprone-macro-parentheses): `game` is declared here.
 // Begins the block that says which callbacks the game has; `game` is a tessera::native::Game&. Once in a library.
-#define TESSERA_GAME_MODULE(game)                                                                        \
+#define TESSERA_GAME_MODULE(game) TESSERA_MOVING_GAME_MODULE(game, nullptr)
+// The same of a game that moves players' bodies itself: `movement` is a const tessera_movement* (tessera/movement.h).
+#define TESSERA_MOVING_GAME_MODULE(game, movement)                                                       \
   static void TesseraDeclareGame(::tessera::native::Game& game);                                         \
   extern "C" __attribute__((visibility("default"))) const tessera_game_module* tessera_game_module_1() { \
     static const tessera_game_module module = {sizeof module,                                            \
@@ -461,7 +463,8 @@ inline int Run(void* game, tessera_game_call* call, const tessera_game_event* ev
                                                ::tessera::native::internal::Load<TesseraDeclareGame>,    \
                                                ::tessera::native::internal::Unload,                      \
                                                ::tessera::native::internal::Handles,                     \
-                                               ::tessera::native::internal::Run};                        \
+                                               ::tessera::native::internal::Run,                         \
+                                               movement};                                                \
     return &module;                                                                                      \
   }                                                                                                      \
   static void TesseraDeclareGame(::tessera::native::Game& game)

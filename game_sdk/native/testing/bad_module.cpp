@@ -11,7 +11,8 @@ extern "C" __attribute__((visibility("default"))) const tessera_game_module* ano
 #elif defined(BAD_MODULE_OTHER_ABI)
 
 extern "C" __attribute__((visibility("default"))) const tessera_game_module* tessera_game_module_1() {
-  static const tessera_game_module module = {sizeof module, TESSERA_GAME_ABI + 7, nullptr, nullptr, nullptr, nullptr};
+  static const tessera_game_module module = {sizeof module, TESSERA_GAME_ABI + 7, nullptr, nullptr, nullptr, nullptr,
+                                             nullptr};
   return &module;
 }
 
@@ -19,7 +20,16 @@ extern "C" __attribute__((visibility("default"))) const tessera_game_module* tes
 
 using namespace tessera::native;
 
-#if defined(BAD_MODULE_CRASHES)
+#if defined(BAD_MODULE_MOVEMENT)
+
+// Made for an interface of movements that is to come.
+const tessera_movement movement = {sizeof movement, TESSERA_MOVEMENT_ABI + 7, "hover", 1, 0, nullptr, nullptr, nullptr};
+
+TESSERA_MOVING_GAME_MODULE(game, &movement) {
+  game.on_tick([](World&) {});
+}
+
+#elif defined(BAD_MODULE_CRASHES)
 
 // The compiler must not see that it is none.
 volatile int* volatile nowhere = nullptr;
