@@ -159,7 +159,8 @@ absl::Status Agent::FindJoinToken() {
 }
 
 trust::Credentials Agent::ControlCredentials() const {
-  if (!identity_) return {};
+  // The token goes into the headers, too: without a proof there nobody's hello is read.
+  if (!identity_) return {.authority = {}, .certificate = {}, .key = {}, .bearer_token = options_.join_token};
   return {.authority = identity_->authority(),
           .certificate = identity_->certificate(),
           .key = identity_->key(),

@@ -29,6 +29,7 @@ std::vector<TrustAttack> Attacks(const TrustSize& size) {
       {"methods", [](const Target& t, const std::string&) { return support::CallEveryMethod(t); }},
       {"plain", [](const Target& t, const std::string&) { return support::SpeakPlainText(t); }},
       {"tokens", [](const Target& t, const std::string&) { return support::ShowLongTokens(t, 8, 60U << 20); }},
+      {"requests", [](const Target& t, const std::string&) { return support::AskAtLength(t, 16, 60U << 20); }},
       {"silence", [](const Target& t, const std::string&) { return support::SayNothing(t, 100); }},
       {"imports",
        [=](const Target& t, const std::string&) {

@@ -9,7 +9,7 @@
 namespace tessera::control {
 namespace {
 
-enum class Need : std::uint8_t { kNothing, kViewer, kOperator, kAdministrator, kHost, kSocket };
+enum class Need : std::uint8_t { kViewer, kOperator, kAdministrator, kHost, kHostOrJoinToken, kSocket };
 // The tokens that may call it: those for some instances alone, too, or only those for the whole cluster.
 enum class For : std::uint8_t { kCluster, kInstances };
 
@@ -20,8 +20,10 @@ struct Method {
   bool players = false;  // served at the players' door, too
 };
 
+// At the operators' door every method needs a proof in the call's headers: a request is read whole before its method
+// sees it, up to the door's limit, so nobody may call anything who has shown nothing.
 constexpr std::array kMethods{
-    Method{"/grpc.health.v1.Health/Check", Need::kNothing, For::kInstances, true},
+    Method{"/grpc.health.v1.Health/Check", Need::kViewer, For::kInstances, true},
     Method{"/grpc.health.v1.Health/Watch", Need::kViewer, For::kInstances},
     Method{"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.AccessService/AddIssuer", Need::kAdministrator},
@@ -33,7 +35,7 @@ constexpr std::array kMethods{
     Method{"/tessera.v1.AccessService/ListTokens", Need::kAdministrator},
     Method{"/tessera.v1.AccessService/RemoveIssuer", Need::kAdministrator},
     Method{"/tessera.v1.AccessService/RevokeToken", Need::kAdministrator},
-    Method{"/tessera.v1.AgentLinkService/Attach", Need::kNothing},  // its first message has the proof
+    Method{"/tessera.v1.AgentLinkService/Attach", Need::kHostOrJoinToken},
     Method{"/tessera.v1.AgentLinkService/FetchGame", Need::kHost},
     Method{"/tessera.v1.AgentLinkService/FetchScene", Need::kHost},
     Method{"/tessera.v1.AgentLinkService/FetchState", Need::kHost},
@@ -84,8 +86,8 @@ Method MethodAt(std::string_view path) {
 
 v1::Role RoleFor(Need need) {
   switch (need) {
-    case Need::kNothing:
     case Need::kHost:
+    case Need::kHostOrJoinToken:
     case Need::kSocket:
       return v1::ROLE_UNSPECIFIED;
     case Need::kViewer:
@@ -104,7 +106,12 @@ std::string Possessive(v1::Role role) {
 }
 
 absl::Status CheckOperators(const Caller& caller, const Method& method) {
-  if (method.need == Need::kNothing) return absl::OkStatus();
+  if (method.need == Need::kHostOrJoinToken) {
+    return caller.may_join || !caller.host_id.empty() ? absl::OkStatus()
+                                                      : absl::UnauthenticatedError(
+                                                            "a host's certificate or its join token is needed; an "
+                                                            "agent of an earlier release shows its token too late");
+  }
   if (method.need == Need::kHost) {
     return caller.host_id.empty() ? absl::UnauthenticatedError("a host's certificate is needed") : absl::OkStatus();
   }

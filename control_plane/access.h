@@ -27,6 +27,7 @@ struct Caller {
   std::string token;                     // its name
   std::string instances;                 // prefix of the ids of those that it is for; empty: all
   std::string host_id;                   // as a certificate of the cluster's authority says
+  bool may_join = false;                 // it shows a host's join token that stands
 
   // For the log: "local", "token/ada", "host-3", "player", "nobody".
   std::string Name() const;

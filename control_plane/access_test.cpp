@@ -56,11 +56,23 @@ bool HasAnyEnding(const std::string& method, std::initializer_list<const char*> 
                      [&method](const char* ending) { return absl::EndsWith(method, ending); });
 }
 
-TEST(AccessTest, AStrangerCallsNothingButAttach) {
+constexpr char kHealth[] = "/grpc.health.v1.Health/Check";
+
+TEST(AccessTest, AStrangerCallsNothing) {
   ASSERT_GT(AllMethods().size(), 35u);
   for (const std::string& method : AllMethods()) {
-    const bool attach = absl::EndsWith(method, "/Attach");  // its first message must prove who it is
-    EXPECT_EQ(CheckAccess(At(Door::kOperators), method).ok(), attach) << method;
+    EXPECT_FALSE(CheckAccess(At(Door::kOperators), method).ok()) << method;
+  }
+  EXPECT_FALSE(CheckAccess(At(Door::kOperators), kHealth).ok());
+  EXPECT_TRUE(CheckAccess(At(Door::kOperators, v1::ROLE_VIEWER), kHealth).ok());
+  EXPECT_TRUE(CheckAccess(At(Door::kPlayers), kHealth).ok());
+}
+
+TEST(AccessTest, AJoinTokenAttachesAndDoesNothingElse) {
+  Caller caller = At(Door::kOperators);
+  caller.may_join = true;
+  for (const std::string& method : AllMethods()) {
+    EXPECT_EQ(CheckAccess(caller, method).ok(), absl::EndsWith(method, "/Attach")) << method;
   }
 }
 
@@ -87,7 +99,7 @@ TEST(AccessTest, AnOperatorChangesWorldsAndNoHostsOrTokens) {
 
 TEST(AccessTest, AnAdministratorCallsAllButWhatHostsCall) {
   for (const std::string& method : AllMethods()) {
-    const bool host = absl::StrContains(method, "AgentLink") && !absl::EndsWith(method, "/Attach");
+    const bool host = absl::StrContains(method, "AgentLink");
     const bool init = absl::EndsWith(method, "/InitCluster");  // at the socket alone
     EXPECT_EQ(CheckAccess(At(Door::kOperators, v1::ROLE_ADMINISTRATOR), method).ok(), !host && !init) << method;
   }

@@ -33,6 +33,8 @@ void SetDoorLimits(grpc::ServerBuilder& builder, Door door) {
   quota.Resize(door == Door::kPlayers ? kPlayersMemoryBytes : kOperatorsMemoryBytes);
   if (door == Door::kPlayers) {
     quota.SetMaxThreads(kPlayersThreads);
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kPlayersReadBytes);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, MillisecondsOf(kPlayersConnectionAge));
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, MillisecondsOf(kPlayersConnectionGrace));
   }

@@ -31,10 +31,12 @@ inline constexpr std::chrono::minutes kPlayersConnectionAge{10};
 inline constexpr std::chrono::seconds kPlayersConnectionGrace{60};
 // Calls that one connection may have open; further ones wait at the client.
 inline constexpr int kPlayersStreams = 100, kOperatorsStreams = 1000;
-// Players' requests are a name and a ticket. A longer message is refused by its announced length, before it is read.
-inline constexpr int kPlayersMessageBytes = 64 * 1024;
-// Memory that gRPC may hold for all connections of a door; beyond it closes some. Operators send scenes and states.
-inline constexpr std::size_t kPlayersMemoryBytes = std::size_t{64} << 20, kOperatorsMemoryBytes = std::size_t{1} << 30;
+// Players' requests are a name and a ticket. gRPC refuses a longer message, but collects it before: what bounds that is
+// the memory of the door, and how much is read of a connection at once, which else grows with its speed to 4 MiB.
+inline constexpr int kPlayersMessageBytes = 64 * 1024, kPlayersReadBytes = 64 * 1024;
+// Memory that gRPC may hold for all connections of a door; beyond it closes some. Operators send scenes and states: at
+// their door a request of kMaxMessageBytes is read, but of nobody who has shown no proof in the call's headers.
+inline constexpr std::size_t kPlayersMemoryBytes = std::size_t{16} << 20, kOperatorsMemoryBytes = std::size_t{1} << 30;
 // Threads of the players' door; each call under way takes one.
 inline constexpr int kPlayersThreads = 256;
 

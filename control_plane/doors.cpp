@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/cluster/host_rights.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/door_limits.h"
@@ -26,7 +27,7 @@
 namespace tessera::control {
 namespace {
 
-constexpr char kPathHeader[] = ":path", kTokenHeader[] = "authorization", kBearer[] = "Bearer ";
+constexpr char kPathHeader[] = ":path", kTokenHeader[] = "authorization", kBearer[] = "Bearer ", kJoinToken[] = "tsj_";
 constexpr std::size_t kMaxTokenBytes = 256, kMaxLoggedBytes = 128;
 // Keepalive: a peer that is silent gets a ping, and is dropped if it does not answer. Ours may ping as often as we do,
 // also while no call is open; gRPC's default would drop them after two pings in five minutes.
@@ -52,18 +53,25 @@ std::string TokenOf(const Headers& headers) {
 }
 
 // The caller that shows a token and a certificate at the operators' door. The certificate's authority has been checked;
-// whether it still counts is in the store, and an error if not. A token that proves nothing is none.
+// whether it still counts is in the store, and an error if not; so is a join token that admits nobody. Any other token
+// that proves nothing is none.
 absl::StatusOr<Caller> Recognise(const std::string& token, const std::string& certificate, ControlPlane& plane) {
   Caller caller{.door = Door::kOperators, .role = {}, .token = {}, .instances = {}, .host_id = {}};
   if (!token.empty()) {
-    plane.Call([&](const Cluster& cluster, Now now) {
+    const absl::Status shown = plane.Call([&](const Cluster& cluster, Now now) -> absl::Status {
+      if (token.starts_with(kJoinToken)) {
+        const auto host = HostOfJoinToken(cluster.state(), token, now);
+        caller.may_join = host.ok();
+        return host.status();
+      }
       if (const records::AccessToken* found = cluster.tokens().Find(token, now); found != nullptr) {
         caller.role = found->role();
         caller.token = found->name();
         caller.instances = found->instances();
       }
-      return true;
+      return absl::OkStatus();
     });
+    if (!shown.ok()) return shown;
   }
   if (certificate.empty()) return caller;
   const auto facts = trust::ReadCertificate(certificate);

@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "control_plane/door_limits.h"
 #include "control_plane/grpc_server.h"
 #include "control_plane/memory_store.h"
 #include "host/temporary_folder.h"
@@ -138,7 +139,7 @@ class DoorsTest : public ::testing::Test {
     hello.set_join_token(token.substr(0, token.find('.')));
     hello.set_certificate_request(*trust::MakeRequest(host.credentials.key));
     v1::Admitted admitted;
-    const grpc::Status status = Hello(Operators(), hello, &admitted);
+    const grpc::Status status = Hello(Operators(hello.join_token()), hello, &admitted);
     EXPECT_TRUE(status.ok()) << status.error_message();
     host.id = admitted.host_id();
     host.secret = admitted.host_secret();
@@ -190,11 +191,53 @@ TEST_F(DoorsTest, AStrangerGetsNothing) {
   EXPECT_EQ(Join(Operators(), true).error_code(), StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(ListHosts(Operators("tsa_" + std::string(64, '0'))).error_code(), StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(ListHosts(Operators(std::string(4096, 'x'))).error_code(), StatusCode::UNAUTHENTICATED);
+}
+
+TEST_F(DoorsTest, AJoinTokenMustBeShownBeforeAHelloIsRead) {
+  std::string token;
+  ASSERT_TRUE(AddHost(Socket(), "alpha", &token).ok());
+  token.resize(token.find('.'));
   v1::AgentHello hello = PlainHello();
-  hello.set_join_token("tsj_" + std::string(64, '0'));
-  EXPECT_EQ(Hello(Operators(), hello, nullptr).error_code(), StatusCode::INVALID_ARGUMENT);
+  hello.set_join_token(token);
   hello.set_certificate_request(*trust::MakeRequest(*trust::MakeKey()));
-  EXPECT_EQ(Hello(Operators(), hello, nullptr).error_code(), StatusCode::UNAUTHENTICATED);
+  const auto refusal = [&hello](const std::shared_ptr<grpc::Channel>& channel) {
+    const grpc::Status status = Hello(channel, hello, nullptr);
+    EXPECT_EQ(status.error_code(), StatusCode::UNAUTHENTICATED);
+    return status.error_message();
+  };
+  EXPECT_THAT(refusal(Operators()), HasSubstr("a host's certificate or its join token is needed"));
+  EXPECT_THAT(refusal(Operators(Token("ada", v1::ROLE_ADMINISTRATOR))), HasSubstr("its join token is needed"));
+  EXPECT_EQ(refusal(Operators("tsj_" + std::string(64, '0'))), "hello.join_token: unknown, or used already");
+  v1::AgentHello without = hello;
+  without.clear_certificate_request();
+  EXPECT_EQ(Hello(Operators(token), without, nullptr).error_code(), StatusCode::INVALID_ARGUMENT);
+  EXPECT_TRUE(Hello(Operators(token), hello, nullptr).ok());
+  EXPECT_EQ(refusal(Operators(token)), "hello.join_token: unknown, or used already");
+}
+
+// Whatever it says, of whatever length: its call ends before that is read.
+TEST_F(DoorsTest, AStrangersLongRequestsAreNotRead) {
+  v1::AgentHello hello = PlainHello();
+  hello.set_join_token(std::string(std::size_t{32} << 20, 'x'));
+  EXPECT_THAT(Hello(Operators(), hello, nullptr).error_message(), HasSubstr("its join token is needed"));
+  const auto ask_health = [](const std::shared_ptr<grpc::Channel>& channel, std::size_t bytes) {
+    grpc::GenericStub stub(channel);
+    grpc::CompletionQueue queue;
+    grpc::ClientContext context;
+    const grpc::Slice slice(std::string(bytes, 'x'));
+    const auto call =
+        stub.PrepareUnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::ByteBuffer(&slice, 1), &queue);
+    call->StartCall();
+    grpc::ByteBuffer answer;
+    grpc::Status status;
+    call->Finish(&answer, &status, nullptr);
+    void* tag = nullptr;
+    bool ok = false;
+    queue.Next(&tag, &ok);
+    return status.error_code();
+  };
+  EXPECT_EQ(ask_health(Operators(), std::size_t{32} << 20), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(ask_health(Players(), kPlayersMessageBytes + 1), StatusCode::RESOURCE_EXHAUSTED);
 }
 
 TEST_F(DoorsTest, PlainTextIsNoWayIn) {
@@ -389,7 +432,9 @@ TEST_F(DoorsTest, ARemovedHostIsOutAtOnce) {
 
 TEST_F(DoorsTest, StreamsThatSayNothingAreFewAndDoNotKeepOthersOut) {
   const std::string token = Token("ada", v1::ROLE_ADMINISTRATOR);
-  const auto channel = Operators();
+  std::string join_token;
+  ASSERT_TRUE(AddHost(Socket(), "alpha", &join_token).ok());
+  const auto channel = Operators(join_token.substr(0, join_token.find('.')));
   const auto stub = v1::AgentLinkService::NewStub(channel);
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::AgentMessage, v1::ControlMessage>>> streams;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/door_limits.h"
 #include "control_plane/doors.h"
 #include "host/socket_address.h"
 #include "trust/leader_hint.h"
@@ -53,6 +54,8 @@ struct FollowerServer::Impl {
     FollowerDoor& opened = *doors.emplace_back(std::make_unique<FollowerDoor>(door, leader));
     grpc::ServerBuilder builder;
     SetServerLimits(builder, door);
+    // Nobody is judged here, and health is asked by a few bytes.
+    builder.SetMaxReceiveMessageSize(kPlayersMessageBytes);
     builder.AddListeningPort(address, credentials);
     builder.RegisterCallbackGenericService(&opened.service);
     opened.server = builder.BuildAndStart();

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/one_line.h"
+#include "control_plane/secrets.h"
 #include "control_plane/stored_records.h"
 
 namespace tessera::control {
@@ -24,6 +25,21 @@ bool Uses(const records::Instance& record, const std::string& key) {
 }
 
 }  // namespace
+
+absl::StatusOr<const HostEntry*> HostOfJoinToken(const ClusterState& state, const std::string& token, Now now) {
+  const std::string hash = HashSecret(token);
+  for (const auto& [number, host] : state.hosts()) {
+    if (!HashMatches(hash, host.record.join_token_hash())) continue;
+    // A token of an earlier release has no end.
+    if (!host.record.has_join_token_expire_time() ||
+        now.unix_time < FromTimestamp(host.record.join_token_expire_time())) {
+      return &host;
+    }
+    return absl::UnauthenticatedError(
+        absl::StrCat("hello.join_token: has run out; remove host ", host.record.name(), " and add it anew"));
+  }
+  return absl::UnauthenticatedError("hello.join_token: unknown, or used already");
+}
 
 absl::Status CheckMayFetchContent(const ClusterState& state, const std::string& host_id, const std::string& key,
                                   const char* field) {

@@ -6,6 +6,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/cluster/host_rights.h"
 #include "control_plane/one_line.h"
 #include "control_plane/release.h"
 #include "control_plane/report_limits.h"
@@ -170,18 +171,9 @@ absl::Status Hosts::Remove(const v1::RemoveHostRequest& request, InstanceNumbers
 
 absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello, Now now) {
   if (!hello.join_token().empty()) {
-    const std::string hash = HashSecret(hello.join_token());
-    for (HostEntry& host : state_.EachHost()) {
-      if (!HashMatches(hash, host.record.join_token_hash())) continue;
-      // A token of an earlier release has no end.
-      if (!host.record.has_join_token_expire_time() ||
-          now.unix_time < FromTimestamp(host.record.join_token_expire_time())) {
-        return &host;
-      }
-      return absl::UnauthenticatedError(
-          absl::StrCat("hello.join_token: has run out; remove host ", host.record.name(), " and add it anew"));
-    }
-    return absl::UnauthenticatedError("hello.join_token: unknown, or used already");
+    const auto admitted = HostOfJoinToken(state_, hello.join_token(), now);
+    if (!admitted.ok()) return admitted.status();
+    return state_.FindHost((*admitted)->record.id());
   }
   HostEntry* host = state_.FindHost(hello.host_id());
   const std::uint64_t number = NumberOf(hello.host_id(), kHostId);

@@ -2,8 +2,6 @@
 // Thread rule: as Answerer; a stream takes two threads for as long as it stands.
 #pragma once
 
-#include <malloc.h>
-
 #include <chrono>
 #include <memory>
 #include <string>
@@ -20,11 +18,10 @@
 
 namespace tessera::control {
 
-// An agent says who it is at once; whoever says nothing holds a thread.
+// An agent says who it is at once; whoever says nothing holds a thread. Those count that have shown a join token and no
+// certificate yet.
 inline constexpr std::chrono::seconds kHelloPatience{10};
 inline constexpr std::size_t kMaxSilentStreams = 64;
-// No host's hello is as long; a stranger's may be, up to the limit of a request.
-inline constexpr std::size_t kLongHelloBytes = std::size_t{8} << 20;
 
 class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answerer {
  public:
@@ -32,11 +29,7 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   using Stream = grpc::ServerReaderWriter<v1::ControlMessage, v1::AgentMessage>;
 
   grpc::Status Attach(grpc::ServerContext* context, Stream* stream) override {
-    bool is_long = false;
-    const absl::Status status = Receive(context, stream, is_long);
-    // The pieces in which it came lay all over the heap, so that this process would keep what was between them.
-    if (is_long) malloc_trim(0);
-    return ToGrpc(status);
+    return ToGrpc(Receive(context, stream));
   }
   grpc::Status FetchScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
                           v1::FetchSceneResponse* response) override {
@@ -95,11 +88,10 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     });
   }
 
-  // A stream from its hello to its end. `is_long`: the hello was.
-  absl::Status Receive(grpc::ServerContext* context, Stream* stream, bool& is_long) {
+  // A stream from its hello to its end.
+  absl::Status Receive(grpc::ServerContext* context, Stream* stream) {
     v1::AgentMessage first;
     if (absl::Status status = ReadHello(context, stream, first); !status.ok()) return status;
-    is_long = first.ByteSizeLong() > kLongHelloBytes;
     bool is_attached = false;
     absl::Status status = Serve(context, stream, first, is_attached);
     if (is_attached) {
@@ -113,7 +105,7 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     return status;
   }
 
-  // Those who have proved nothing yet are few at a time, and do not keep out who has.
+  // Those who have not joined yet are few at a time, and do not keep out who has.
   absl::Status ReadHello(grpc::ServerContext* context, Stream* stream, v1::AgentMessage& first) {
     std::unique_ptr<HelloDeadlines::Waiting> waiting;
     if (door_ != Door::kSocket && CallerOf(*context).host_id.empty()) {

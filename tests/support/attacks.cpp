@@ -12,6 +12,7 @@
 #include <fstream>
 #include <memory>
 #include <mutex>
+#include <string_view>
 #include <thread>
 
 #include "local_cluster/command_error.h"
@@ -32,6 +33,7 @@ using std::chrono::seconds;
 constexpr seconds kAttackPatience{20};
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr int kInventedPlayers = 1'000'000;
+constexpr char kHealthCheck[] = "/grpc.health.v1.Health/Check";
 
 std::chrono::system_clock::time_point Soon() { return std::chrono::system_clock::now() + kAttackPatience; }
 
@@ -42,8 +44,8 @@ std::shared_ptr<grpc::Channel> DialAlone(const std::string& address, const trust
   return local::OrThrow(trust::Dial(address, credentials, arguments));
 }
 
-// The outcome of a call by its name, with an empty request.
-grpc::Status CallByName(const std::shared_ptr<grpc::Channel>& channel, const std::string& name) {
+// The outcome of a call by its name, with a request of so many bytes.
+grpc::Status CallByName(const std::shared_ptr<grpc::Channel>& channel, const std::string& name, std::size_t bytes = 0) {
   grpc::GenericStub stub(channel);
   grpc::CompletionQueue queue;
   grpc::ClientContext context;
@@ -56,8 +58,11 @@ grpc::Status CallByName(const std::shared_ptr<grpc::Channel>& channel, const std
   };
   call->StartCall(nullptr);
   await();
-  const grpc::Slice nothing;
-  call->WriteLast(grpc::ByteBuffer(&nothing, 1), {}, nullptr);
+  const grpc::Slice request(std::string(bytes, 'x'));
+  call->WriteLast(grpc::ByteBuffer(&request, 1), {}, nullptr);
+  await();
+  grpc::ByteBuffer answer;  // without reading it, one that is given would not end
+  call->Read(&answer, nullptr);
   await();
   grpc::Status status;
   call->Finish(&status, nullptr);
@@ -67,7 +72,7 @@ grpc::Status CallByName(const std::shared_ptr<grpc::Channel>& channel, const std
 
 std::vector<std::string> AllMethodNames() {
   std::vector<std::string> names{"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
-                                 "/grpc.health.v1.Health/Watch", "/tessera.v1.NoService/NoMethod"};
+                                 "/grpc.health.v1.Health/Watch", kHealthCheck, "/tessera.v1.NoService/NoMethod"};
   for (const google::protobuf::FileDescriptor* file :
        {v1::CreateTokenRequest::descriptor()->file(), v1::AgentHello::descriptor()->file(),
         v1::Host::descriptor()->file(), v1::Instance::descriptor()->file(),
@@ -87,7 +92,7 @@ bool IsRefusal(const grpc::Status& status) {
 
 bool IsForPlayers(const std::string& method) {
   return method.find("SessionService") != std::string::npos || method.ends_with("/ListInstances") ||
-         method.ends_with("/GetInstance");
+         method.ends_with("/GetInstance") || method == kHealthCheck;
 }
 
 // A host that was admitted by TLS, and its stream.
@@ -111,7 +116,9 @@ class AttackingHost {
     v1::ControlMessage answer;
     {
       grpc::ClientContext first;
-      const auto joining = v1::AgentLinkService::NewStub(DialAlone(target.operators))->Attach(&first);
+      const trust::Credentials shown{
+          .authority = {}, .certificate = {}, .key = {}, .bearer_token = hello.hello().join_token()};
+      const auto joining = v1::AgentLinkService::NewStub(DialAlone(target.operators, shown))->Attach(&first);
       if (!joining->Write(hello) || !joining->Read(&answer)) throw local::CommandError("the host was not admitted");
       admitted_ = answer.admitted();
       first.TryCancel();
@@ -199,9 +206,7 @@ Outcome CallEveryMethod(const Target& target) {
   const auto operators = DialAlone(target.operators), players = DialAlone(target.players);
   for (const std::string& method : AllMethodNames()) {
     const grpc::Status at_operators = CallByName(operators, method);
-    // Its first message has the proof; an empty one is none.
-    const bool refused = method.ends_with("AgentLinkService/Attach") ? !at_operators.ok() : IsRefusal(at_operators);
-    outcome.Try(fmt::format("operators' door: {} {}", method, at_operators.error_message()), refused);
+    outcome.Try(fmt::format("operators' door: {} {}", method, at_operators.error_message()), IsRefusal(at_operators));
     const grpc::Status at_players = CallByName(players, method);
     if (IsForPlayers(method)) continue;
     outcome.Try(fmt::format("players' door: {} {}", method, at_players.error_message()), IsRefusal(at_players));
@@ -226,7 +231,28 @@ Outcome ShowLongTokens(const Target& target, int streams, std::size_t bytes) {
     const bool let_in = stream->Read(&answer);
     const grpc::Status status = stream->Finish();
     const std::lock_guard lock(mutex);
-    outcome.Try("a long token: " + status.error_message(), !let_in && !status.ok());
+    outcome.Try("a long token: " + status.error_message(), !let_in && IsRefusal(status));
+  });
+  return outcome;
+}
+
+Outcome AskAtLength(const Target& target, int calls, std::size_t bytes) {
+  struct Asked {
+    std::string door, method;
+  };
+  const std::vector<Asked> all = {{target.operators, kHealthCheck},
+                                  {target.operators, "/tessera.v1.InstanceService/CreateInstance"},
+                                  {target.players, kHealthCheck},
+                                  {target.players, "/tessera.v1.SessionService/JoinInstance"}};
+  Outcome outcome;
+  std::mutex mutex;
+  InParallel(calls, [&](int i) {
+    const Asked& asked = all[static_cast<std::size_t>(i) % all.size()];
+    const grpc::Status status = CallByName(DialAlone(asked.door), asked.method, bytes);
+    const std::lock_guard lock(mutex);
+    outcome.Try("a long request: " + asked.method + " " + status.error_message(),
+                IsRefusal(status) || status.error_code() == StatusCode::RESOURCE_EXHAUSTED ||
+                    status.error_code() == StatusCode::UNAVAILABLE);
   });
   return outcome;
 }
@@ -387,6 +413,21 @@ double ResidentMegabytes(pid_t pid) {
   std::uint64_t whole = 0, resident = 0;
   file >> whole >> resident;
   return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+bool ForgetHighest(pid_t pid) {
+  std::ofstream file(fmt::format("/proc/{}/clear_refs", pid));
+  file << "5" << std::flush;
+  return file.good();
+}
+
+double HighestMegabytes(pid_t pid) {
+  std::ifstream file(fmt::format("/proc/{}/status", pid));
+  for (std::string line; std::getline(file, line);) {
+    constexpr std::string_view kName = "VmHWM:";
+    if (line.starts_with(kName)) return std::stod(line.substr(kName.size())) * 1024 / 1e6;
+  }
+  return 0;
 }
 
 }  // namespace tessera::support

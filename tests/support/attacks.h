@@ -33,6 +33,8 @@ struct Outcome {
 Outcome CallEveryMethod(const Target& target);
 // So many hellos at once, each with a join token of so many bytes.
 Outcome ShowLongTokens(const Target& target, int streams, std::size_t bytes);
+// So many calls at once of methods that strangers may try, each with a request of so many bytes.
+Outcome AskAtLength(const Target& target, int calls, std::size_t bytes);
 // So many streams that say nothing, until the control plane has ended them.
 Outcome SayNothing(const Target& target, int streams);
 // So many imports at once, of so many bytes each, without a token.
@@ -52,5 +54,8 @@ Outcome NeverRead(const Target& target, int requests);
 double OperatorsCallSeconds(const Target& target);
 // Resident memory of a process, MB.
 double ResidentMegabytes(pid_t pid);
+// The highest that it was since the last ForgetHighest, as the kernel counts it. False: this kernel does not forget.
+bool ForgetHighest(pid_t pid);
+double HighestMegabytes(pid_t pid);
 
 }  // namespace tessera::support
