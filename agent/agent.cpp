@@ -154,7 +154,7 @@ absl::Status Agent::FindJoinToken() {
   }
   auto key = trust::MakeKey();
   if (!key.ok()) return key.status();
-  join_key_ = *std::move(key);
+  requested_key_ = *std::move(key);
   return absl::OkStatus();
 }
 
@@ -205,7 +205,10 @@ void Agent::WatchSignals() {
 
 int Agent::Run() {
   ControlSession::Callbacks callbacks;
-  callbacks.hello = [this] { return Hello(); };
+  callbacks.hello = [this] {
+    AskWhereCertificateIsDue();
+    return Hello();
+  };
   callbacks.credentials = [this] { return ControlCredentials(); };
   callbacks.heartbeat = [this] { return Heartbeat(); };
   callbacks.on_admitted = [this](const v1::Admitted& admitted) { OnAdmitted(admitted); };
@@ -213,12 +216,7 @@ int Agent::Run() {
   callbacks.on_lease = [this](const v1::LeaseRenewal& renewal) { OnLease(renewal); };
   callbacks.on_life = [this](std::uint64_t life) { KeepLife(life); };
   callbacks.on_refused = [this](const absl::Status& status) { OnRefused(status); };
-  callbacks.on_away = [this] {
-    contents_.Away();
-    states_.Away();
-    metrics_.SetConnected(false);
-    Settle();
-  };
+  callbacks.on_away = [this] { OnAway(); };
   session_ = std::make_unique<ControlSession>(loop_, options_.control, identity_ ? identity_->newest_life() : 0,
                                               std::move(callbacks));
   spdlog::info("agent started version={} control={} socket={} metrics={} workers={}", TESSERA_VERSION,
@@ -226,6 +224,7 @@ int Agent::Run() {
                supervisor_.size());
   if (identity_) notify_.Ready();  // admitted in an earlier life: the workers are cared for from here on
   session_->Start();
+  LookAfterCertificate();
   Settle();
   loop_->Run();
   return exit_code_;

@@ -32,6 +32,9 @@
 
 namespace tessera::agent {
 
+// By this host's wall clock.
+double UnixSeconds();
+
 class Agent {
  public:
   // Takes the state folder, serves workers and metrics, adopts what runs. INVALID_ARGUMENT if neither an identity nor a
@@ -57,6 +60,12 @@ class Agent {
   void RestoreWorker(const WorkerRecord& record, bool same_boot);
   void WatchSignals();
 
+  bool CertificateIsDue() const;
+  void AskWhereCertificateIsDue();  // with the next hello
+  void LookAfterCertificate();      // now, and from then on by a timer
+  void NoteRenewal(const v1::Admitted& admitted, const absl::Status& kept);
+  void TellCertificate();
+
   v1::AgentHello Hello() const;
   v1::AgentHeartbeat Heartbeat();
   void OnAdmitted(const v1::Admitted& admitted);
@@ -64,6 +73,7 @@ class Agent {
   void KeepLife(std::uint64_t life);
   void OnDesired(const v1::DesiredSet& set);
   void OnRefused(const absl::Status& status);
+  void OnAway();
   void OnModules(const v1::GameModuleList& list);
   void OnLease(const v1::LeaseRenewal& renewal);
   void OnWorkerMessage(ConnectionId connection, pid_t peer, const v1::WorkerMessage& message);
@@ -97,7 +107,8 @@ class Agent {
   std::unique_ptr<StateDir> state_;
   std::string boot_id_;
   std::optional<HostIdentity> identity_;
-  std::string join_key_;  // key of the certificate that is requested with the join token; PEM, secret
+  std::string requested_key_;  // PEM, secret: for the certificate that the next hello requests; empty: none
+  TimePoint next_renewal_;     // none is requested before, unless with a join token
   AgentMetrics metrics_;
   ServiceNotify notify_;
   Supervisor supervisor_;

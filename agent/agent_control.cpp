@@ -25,9 +25,9 @@ v1::AgentHello Agent::Hello() const {
     hello.set_host_secret(identity_->host_secret());
   } else {
     hello.set_join_token(options_.join_token);
-    if (!join_key_.empty()) {
-      if (auto request = trust::MakeRequest(join_key_); request.ok()) hello.set_certificate_request(*request);
-    }
+  }
+  if (!requested_key_.empty()) {
+    if (auto request = trust::MakeRequest(requested_key_); request.ok()) hello.set_certificate_request(*request);
   }
   hello.set_advertise_address(options_.advertise_address);
   hello.set_metrics_port(metrics_server_->port());
@@ -63,12 +63,17 @@ v1::AgentHeartbeat Agent::Heartbeat() {
 }
 
 void Agent::OnAdmitted(const v1::Admitted& admitted) {
-  if (absl::Status status = KeepIdentity(admitted); !status.ok()) {
-    spdlog::error("cannot keep what the control plane gave: {}", std::string(status.message()));
+  const bool renews = identity_ && !requested_key_.empty();
+  const absl::Status kept = KeepIdentity(admitted);
+  if (!kept.ok() && !renews) {
+    spdlog::error("cannot keep what the control plane gave: {}", std::string(kept.message()));
     return Finish(1);
   }
-  // With the certificate that just came: calls without it are not let in.
-  if (!admitted.certificate().empty()) return session_->Redial();
+  if (renews) NoteRenewal(admitted, kept);
+  requested_key_.clear();
+  // With the certificate that just came: a new host's calls without it are not let in.
+  if (kept.ok() && !admitted.certificate().empty()) return session_->Redial();
+  TellCertificate();
   metrics_.SetConnected(true);
   notify_.Ready();
   WriteReadyFile();
@@ -97,14 +102,16 @@ absl::Status Agent::KeepIdentity(const v1::Admitted& admitted) {
   if (!admitted.certificate().empty()) {
     identity.set_certificate(admitted.certificate());
     identity.set_authority(admitted.authority());
-    identity.set_key(join_key_);
+    identity.set_key(requested_key_);
+    identity.set_certificate_time(UnixSeconds());
   }
   if (identity.host_id().empty() || identity.host_secret().empty()) {
     return absl::InvalidArgumentError("admitted: host_id or host_secret is empty");
   }
   const bool same = identity_ && identity_->SerializeAsString() == identity.SerializeAsString();
+  if (absl::Status status = same ? absl::OkStatus() : state_->SaveIdentity(identity); !status.ok()) return status;
   identity_ = std::move(identity);
-  return same ? absl::OkStatus() : state_->SaveIdentity(*identity_);
+  return absl::OkStatus();
 }
 
 // Before the orders of that life are acted on. A disk that takes nothing keeps no order from being carried out: this
@@ -146,6 +153,13 @@ void Agent::OnRefused(const absl::Status& status) {
   }
   if (options_.stop_workers && !supervisor_.Empty()) return EndWorkers();
   Finish(1);
+}
+
+void Agent::OnAway() {
+  contents_.Away();
+  states_.Away();
+  metrics_.SetConnected(false);
+  Settle();
 }
 
 void Agent::SendExited(const v1::WorkerExited& exited) {

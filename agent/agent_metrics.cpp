@@ -23,6 +23,10 @@ AgentMetrics::AgentMetrics()
     : registry_(std::make_shared<prometheus::Registry>(prometheus::Registry::InsertBehavior::Merge)),
       workers_(Gauge(*registry_, "tessera_agent_workers", "Workers that run")),
       connected_(Gauge(*registry_, "tessera_agent_control_connected", "1 while connected to the control plane")),
+      certificate_left_(Gauge(*registry_, "tessera_agent_certificate_left_seconds",
+                              "Life that is left of this host's certificate; 0: it has none")),
+      certificate_life_(
+          Gauge(*registry_, "tessera_agent_certificate_life_seconds", "Whole life of this host's certificate")),
       starts_(Counter(*registry_, "tessera_agent_worker_starts_total", "Workers started")),
       heartbeats_(Counter(*registry_, "tessera_agent_heartbeats_total", "Heartbeats sent")),
       clean_(Counter(*registry_, kExits, kExitsHelp, {{"result", "clean"}})),

@@ -20,10 +20,15 @@ class AgentMetrics {
   void Started() { starts_.Increment(); }
   void Exited(ExitResult result);
   void Heartbeat() { heartbeats_.Increment(); }
+  // Seconds that are left of this host's certificate, of how many. Both are 0 where it has none.
+  void SetCertificate(double left_s, double life_s) {
+    certificate_left_.Set(left_s);
+    certificate_life_.Set(life_s);
+  }
 
  private:
   std::shared_ptr<prometheus::Registry> registry_;
-  prometheus::Gauge &workers_, &connected_;
+  prometheus::Gauge &workers_, &connected_, &certificate_left_, &certificate_life_;
   prometheus::Counter &starts_, &heartbeats_, &clean_, &error_, &signal_;
 };
 

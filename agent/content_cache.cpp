@@ -13,9 +13,11 @@
 namespace tessera::agent {
 namespace {
 
+// UNAUTHENTICATED is of a call that showed the certificate before this one; a host that counts no more loses its
+// stream.
 bool MayPass(const absl::Status& status) {
-  return absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status) || absl::IsCancelled(status) ||
-         absl::IsAborted(status) || absl::IsResourceExhausted(status);
+  return absl::IsUnauthenticated(status) || absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status) ||
+         absl::IsCancelled(status) || absl::IsAborted(status) || absl::IsResourceExhausted(status);
 }
 
 }  // namespace

@@ -35,6 +35,10 @@ inline constexpr int kKeepaliveTime_ms = 10'000, kKeepaliveTimeout_ms = 5'000;
 // takes pings from 1 s on.
 inline constexpr Duration kLeaderAdmissionTimeout = std::chrono::seconds(2);
 inline constexpr int kLeaderKeepaliveTime_ms = 1'100, kLeaderKeepaliveTimeout_ms = 900;
+// How often the agent looks whether its certificate is to be replaced: a share of its life, and once an hour at least.
+// A renewal that did not come is asked for again after another share.
+inline constexpr Duration kCertificateLook = std::chrono::hours(1);
+inline constexpr double kLeastLook = 1.0 / 90, kRenewalRetry = 1.0 / 30;
 // The control plane may ask for heartbeats in this range. More often, they cost more than they report.
 inline constexpr std::uint32_t kMinHeartbeat_ms = 20, kMaxHeartbeat_ms = 60'000;
 // Last words on a stream (what just ended) before this program exits; the other side may be gone.

@@ -25,6 +25,8 @@ namespace {
 
 constexpr char kTokenEnvironment[] = "TESSERA_JOIN_TOKEN";
 constexpr std::uint32_t kMaxCapacity = 10'000;
+// 90 days, and 4 s to 10 years: a shorter one would be asked for all the time.
+constexpr double kDefaultCertificateHours = 2160, kLeastCertificateHours = .001, kMostCertificateHours = 87'600;
 
 // Half of the machine's, so that no single worker takes it all, but no less than one needs with its threads' stacks.
 std::uint64_t DefaultWorkerMegabytes() {
@@ -42,6 +44,7 @@ struct AgentFlags {
   std::uint32_t capacity = 0;
   std::string worker_sandbox = "on";
   std::uint64_t worker_memory_mb = DefaultWorkerMegabytes();
+  double certificate_hours = kDefaultCertificateHours;
   bool stop_workers = false, die_with_parent = false;
 };
 
@@ -79,6 +82,10 @@ void Declare(CLI::App& app, AgentFlags& f) {
       ->capture_default_str();
   app.add_option("--worker-memory-mb", f.worker_memory_mb,
                  "address space of a worker in the sandbox; default half of the machine's memory; 0: no limit");
+  app.add_option("--certificate-hours", f.certificate_hours,
+                 "life of this host's certificate: it asks for the next one when two thirds of it are over")
+      ->check(CLI::Range(kLeastCertificateHours, kMostCertificateHours))
+      ->capture_default_str();
   app.add_option("--ready-file", f.ready_file, "written with one line of JSON once admitted");
   app.add_flag("--stop-workers", f.stop_workers,
                "end the workers at the end, instead of leaving them to the next agent");
@@ -198,6 +205,7 @@ absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {
   }
   options.worker_sandbox = f.worker_sandbox == "on";
   options.worker_memory_mb = f.worker_memory_mb;
+  options.certificate_life_s = f.certificate_hours * 3600;
   options.stop_workers = f.stop_workers;
   options.die_with_parent = f.die_with_parent;
   return options;

@@ -27,6 +27,7 @@ struct AgentOptions {
   std::uint32_t capacity = 0;
   bool worker_sandbox = true;
   std::uint64_t worker_memory_mb = 0;  // each one's address space; 0: no limit
+  double certificate_life_s = 90 * 86'400.0;
   bool stop_workers = false;
   bool die_with_parent = false;
 };

@@ -36,6 +36,7 @@ TEST(OptionsTest, DefaultsFitOneMachine) {
   EXPECT_FALSE(options.stop_workers);
   EXPECT_TRUE(options.worker_sandbox);
   EXPECT_GE(options.worker_memory_mb, kLeastWorkerMemory_mb);
+  EXPECT_DOUBLE_EQ(options.certificate_life_s, 90 * 86'400);
 }
 
 TEST(OptionsTest, TheFolderOfNativeGamesMustBeThere) {

@@ -377,10 +377,11 @@ absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstan
 // --- Agents.
 
 absl::StatusOr<std::shared_ptr<ControlPlane::AgentStream>> ControlPlane::Attach(const v1::AgentHello& hello,
-                                                                                std::function<void()> cancel) {
+                                                                                std::function<void()> cancel,
+                                                                                const std::string& shown_serial) {
   const std::lock_guard lock(mutex_);
   if (stopping_) return absl::UnavailableError("the control plane is ending");
-  const auto admission = cluster_->HandleHello(ReadClocks(), hello);
+  const auto admission = cluster_->HandleHello(ReadClocks(), hello, shown_serial);
   if (!admission.ok()) {
     Publish();
     return admission.status();

@@ -85,7 +85,9 @@ class ControlPlane {
   absl::StatusOr<std::string> SceneBytes(const std::string& hash);
   absl::StatusOr<std::string> GameBytes(const std::string& hash);
 
-  absl::StatusOr<std::shared_ptr<AgentStream>> Attach(const v1::AgentHello& hello, std::function<void()> cancel);
+  // `shown_serial`: as Hosts::Admit takes it.
+  absl::StatusOr<std::shared_ptr<AgentStream>> Attach(const v1::AgentHello& hello, std::function<void()> cancel,
+                                                      const std::string& shown_serial = "");
   void Detach(AgentStream& stream);
   // Waits for the next lease or desired set; nothing once the stream is over.
   std::optional<v1::ControlMessage> NextMessage(AgentStream& stream);

@@ -183,6 +183,12 @@ Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& pla
   return Recognise(TokenOf(context.client_metadata()), CertificateOf(*context.auth_context()), plane).value_or(nobody);
 }
 
+std::string ShownSerial(const grpc::ServerContext& context) {
+  const std::string certificate = CertificateOf(*context.auth_context());
+  const auto facts = certificate.empty() ? absl::NotFoundError("") : trust::ReadCertificate(certificate);
+  return facts.ok() ? facts->serial : "";
+}
+
 absl::Status PrepareSocket(const std::string& path) {
   if (path.size() > trust::kMaxSocketPathBytes) {
     return absl::InvalidArgumentError(absl::StrCat("socket ", path, ": the path has ", path.size(),

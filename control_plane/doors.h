@@ -30,6 +30,8 @@ void ForwardGrpcLog();
 void SetServerLimits(grpc::ServerBuilder& builder, Door door);
 // The caller, now: nobody, where its token or certificate counts no more since the Doorkeeper let the call in.
 Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane);
+// The serial number of the certificate that the caller's connection shows; empty: none.
+std::string ShownSerial(const grpc::ServerContext& context);
 
 // Binds nothing; makes the socket's folder if it is not there, private, and removes the socket that an earlier process
 // left. UNAVAILABLE: somebody listens there still.

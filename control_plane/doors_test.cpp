@@ -395,6 +395,35 @@ TEST_F(DoorsTest, AHostThatJoinedShowsItsCertificate) {
   EXPECT_EQ(ListHosts(own).error_code(), StatusCode::UNAUTHENTICATED) << "a host is no operator";
 }
 
+TEST_F(DoorsTest, AHostGetsItsNextCertificateAndTheEarlierOneEndsOnceThatIsShown) {
+  const Host host = JoinHost("alpha");
+  const auto own = Dialled(server_->operators(), host.credentials);
+  v1::AgentHello hello = HelloOf(host);
+  hello.set_certificate_request("no request");
+  EXPECT_EQ(Hello(own, hello, nullptr).error_code(), StatusCode::INVALID_ARGUMENT);
+  trust::Credentials next = host.credentials;
+  next.key = *trust::MakeKey();
+  hello.set_certificate_request(*trust::MakeRequest(next.key));
+  EXPECT_EQ(Hello(Operators(), hello, nullptr).error_code(), StatusCode::UNAUTHENTICATED);
+  v1::Admitted admitted;
+  const grpc::Status status = Hello(own, hello, &admitted);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(admitted.host_secret(), "");
+  next.certificate = admitted.certificate();
+  const auto facts = trust::ReadCertificate(next.certificate);
+  ASSERT_TRUE(facts.ok()) << facts.status();
+  EXPECT_EQ(facts->common_name, "host-1");
+  EXPECT_EQ(facts->serial, trust::ReadCertificate(host.credentials.certificate)->serial + "0001");
+  EXPECT_TRUE(Hello(own, HelloOf(host), nullptr).ok()) << "the next one was not shown yet";
+
+  const auto with_next = Dialled(server_->operators(), next);
+  EXPECT_TRUE(Hello(with_next, HelloOf(host), nullptr).ok());
+  EXPECT_EQ(FetchScene(with_next, host).error_code(), StatusCode::NOT_FOUND) << "let in; there is no such scene";
+  EXPECT_EQ(Hello(own, HelloOf(host), nullptr).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(FetchScene(own, host).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(Hello(own, hello, nullptr).error_code(), StatusCode::UNAUTHENTICATED) << "nor is it renewed any more";
+}
+
 TEST_F(DoorsTest, AHostsSecretAloneIsNotEnoughNorIsAnothersCertificate) {
   const Host alpha = JoinHost("alpha"), beta = JoinHost("beta");
   EXPECT_EQ(Hello(Operators(), HelloOf(alpha), nullptr).error_code(), StatusCode::UNAUTHENTICATED);
@@ -428,6 +457,10 @@ TEST_F(DoorsTest, ARemovedHostIsOutAtOnce) {
   const grpc::Status status = Hello(Dialled(server_->operators(), host.credentials), HelloOf(host), nullptr);
   EXPECT_EQ(status.error_code(), StatusCode::PERMISSION_DENIED);
   EXPECT_THAT(status.error_message(), HasSubstr("host-1 was removed"));
+  v1::AgentHello renewal = HelloOf(host);
+  renewal.set_certificate_request(*trust::MakeRequest(*trust::MakeKey()));
+  const auto own = Dialled(server_->operators(), host.credentials);
+  EXPECT_EQ(Hello(own, renewal, nullptr).error_code(), StatusCode::PERMISSION_DENIED);
 }
 
 TEST_F(DoorsTest, StreamsThatSayNothingAreFewAndDoNotKeepOthersOut) {

@@ -8,6 +8,7 @@
 #include "control_plane/control_settings.h"
 #include "core/game/native_name.h"
 #include "core/world/limits.h"
+#include "core/world/properties.h"
 #include "net/signing_key.h"
 
 namespace tessera::control {

@@ -89,7 +89,8 @@ class Cluster {
   absl::Status RemoveIssuer(const v1::RemoveIssuerRequest& request) { return issuers_.Remove(request); }
 
   // --- Agents. The latest stream of a host counts, and earlier ones end with kAborted.
-  absl::StatusOr<Admission> HandleHello(Now now, const v1::AgentHello& hello);
+  // `shown_serial`: that of the certificate of the agent's connection; empty: it shows none.
+  absl::StatusOr<Admission> HandleHello(Now now, const v1::AgentHello& hello, const std::string& shown_serial = "");
   // Not OK: the stream is over.
   absl::Status HandleAgentMessage(Now now, StreamId stream, const v1::AgentMessage& message);
   void HandleAgentGone(StreamId stream);

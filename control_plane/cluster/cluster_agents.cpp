@@ -10,10 +10,10 @@
 
 namespace tessera::control {
 
-absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& hello) {
+absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& hello, const std::string& shown_serial) {
   NoteTime(now);
   if (absl::Status status = CheckNamedWorkers("hello", hello.workers()); !status.ok()) return status;
-  auto admission = hosts_.Admit(hello, now);
+  auto admission = hosts_.Admit(hello, now, shown_serial);
   if (!admission.ok()) return admission;
   HostEntry& host = *state_->HostOf(admission->stream);
   if (recovery_.active()) {

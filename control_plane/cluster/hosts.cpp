@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/host_rights.h"
+#include "control_plane/host_serial.h"
 #include "control_plane/one_line.h"
 #include "control_plane/release.h"
 #include "control_plane/report_limits.h"
@@ -186,7 +187,17 @@ absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello, Now 
   return host;
 }
 
-absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
+absl::Status Hosts::TakeSerial(const HostEntry& host, const std::string& shown, records::Host& next) {
+  // Once more: the door's answer may be older than what another stream of the host has shown.
+  if (absl::Status status = CheckHostCertificate(state_, host.record.id(), shown); !status.ok()) return status;
+  if (shown == host.record.certificate_serial()) return absl::OkStatus();
+  next.set_certificate_serial(shown);
+  state_.Log(
+      absl::StrCat("host shows its next certificate host=", host.record.name(), " renewals=", RenewalsOf(shown)));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now, const std::string& shown_serial) {
   if (absl::Status status = CheckHello(hello); !status.ok()) return status;
   if (absl::Status status = CheckRelease(hello.version(), settings_.release); !status.ok()) return status;
   const auto authenticated = Authenticate(hello, now);
@@ -210,6 +221,9 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
       admission.serial = MakeSerial(random_);
       next.set_certificate_serial(admission.serial);
     }
+  } else if (!shown_serial.empty()) {
+    if (absl::Status status = TakeSerial(host, shown_serial, next); !status.ok()) return status;
+    if (!hello.certificate_request().empty()) admission.serial = NextHostSerial(shown_serial);
   }
   if (next.SerializeAsString() != host.record.SerializeAsString()) {
     if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;
@@ -323,7 +337,7 @@ v1::Host ViewOf(const HostEntry& host) {
 
 absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial) {
   const HostEntry* host = state.FindHost(host_id);
-  if (host != nullptr && !serial.empty() && host->record.certificate_serial() == serial) return absl::OkStatus();
+  if (host != nullptr && CountsAsSerial(serial, host->record.certificate_serial())) return absl::OkStatus();
   if (host == nullptr && state.WasHost(NumberOf(host_id, kHostId))) {
     return absl::PermissionDeniedError(absl::StrCat(host_id, " was removed"));
   }

@@ -19,7 +19,7 @@ namespace tessera::control {
 struct Admission {
   StreamId stream = 0;
   v1::Admitted admitted;  // without certificates, which the caller makes
-  std::string serial;     // serial of the certificate that is to be made; empty: none was requested
+  std::string serial;     // serial of the certificate that is to be made; empty: none was requested, or none is left
 };
 
 class Hosts {
@@ -32,8 +32,10 @@ class Hosts {
   // `touched`: instances that ran on a host that is evicted.
   absl::Status Remove(const v1::RemoveHostRequest& request, InstanceNumbers& touched);
 
-  // Admits an agent and opens its stream. UNAUTHENTICATED, PERMISSION_DENIED (the host was removed), INVALID_ARGUMENT.
-  absl::StatusOr<Admission> Admit(const v1::AgentHello& hello, Now now);
+  // Admits an agent and opens its stream. `shown_serial`: that of its certificate, empty for a socket and with a join
+  // token; certificates of the host before that one are worth nothing from then on. UNAUTHENTICATED, PERMISSION_DENIED
+  // (the host was removed), INVALID_ARGUMENT.
+  absl::StatusOr<Admission> Admit(const v1::AgentHello& hello, Now now, const std::string& shown_serial = "");
 
   // The native games that an admitted host has from now on. UNAVAILABLE: it is not stored, and is to be sent again.
   absl::Status NoteModules(HostEntry& host, const v1::GameModuleList& modules);
@@ -51,6 +53,7 @@ class Hosts {
 
  private:
   absl::StatusOr<HostEntry*> Authenticate(const v1::AgentHello& hello, Now now);
+  absl::Status TakeSerial(const HostEntry& host, const std::string& shown, records::Host& next);
 
   ClusterState& state_;
   ControlSettings settings_;
@@ -70,7 +73,7 @@ v1::HostState StateOf(const HostEntry& host);
 std::uint32_t MaxRegionsOf(const HostEntry& host);
 std::uint32_t CapacityOf(const HostEntry& host);
 v1::Host ViewOf(const HostEntry& host);
-// UNAUTHENTICATED unless `serial` is of the one certificate that the host may show.
+// UNAUTHENTICATED unless `serial` is of the newest certificate that the host has shown, or of a later one.
 absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial);
 // UNAUTHENTICATED unless the secret is that of the host.
 absl::Status CheckHostSecret(const ClusterState& state, const std::string& host_id, const std::string& secret);

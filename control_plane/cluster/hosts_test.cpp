@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "control_plane/cluster/free_hosts.h"
+#include "control_plane/host_serial.h"
 #include "control_plane/testing/state_rig.h"
 
 namespace tessera::control {
@@ -48,6 +49,46 @@ TEST_F(HostsTest, ATokenAdmitsOnceAndThenTheSecretDoes) {
   EXPECT_EQ(rig_.state->HostOf(second->stream)->record.name(), "alpha");
   EXPECT_TRUE(CheckHostSecret(*rig_.state, "host-1", first->admitted.host_secret()).ok());
   EXPECT_FALSE(CheckHostSecret(*rig_.state, "host-1", "guess").ok());
+}
+
+TEST_F(HostsTest, TheNextCertificateIsAskedForAndTheEarlierOneEndsOnceItIsShown) {
+  v1::AgentHello hello = Hello(Add("alpha").join_token());
+  hello.set_certificate_request("request");
+  const auto joined = hosts_.Admit(hello, rig_.now);
+  ASSERT_TRUE(joined.ok()) << joined.status();
+  const std::string first = joined->serial;
+  hello.clear_join_token();
+  hello.set_host_id("host-1");
+  hello.set_host_secret(joined->admitted.host_secret());
+  const auto asked = hosts_.Admit(hello, rig_.now, first), again = hosts_.Admit(hello, rig_.now, first);
+  ASSERT_TRUE(again.ok()) << again.status();
+  const std::string second = again->serial;
+  EXPECT_EQ(second, NextHostSerial(first));
+  EXPECT_EQ(asked->serial, second) << "the answer may be lost, and then it is asked for again";
+  EXPECT_TRUE(CheckHostCertificate(*rig_.state, "host-1", first).ok());
+
+  hello.clear_certificate_request();
+  const auto shown = hosts_.Admit(hello, rig_.now, second);
+  ASSERT_TRUE(shown.ok()) << shown.status();
+  EXPECT_EQ(shown->serial, "");
+  EXPECT_TRUE(CheckHostCertificate(*rig_.state, "host-1", second).ok());
+  EXPECT_EQ(CheckHostCertificate(*rig_.state, "host-1", first).code(), absl::StatusCode::kUnauthenticated);
+  hello.set_certificate_request("request");
+  EXPECT_EQ(hosts_.Admit(hello, rig_.now, first).status().code(), absl::StatusCode::kUnauthenticated);
+}
+
+// The store is of an earlier time than the host's certificate.
+TEST_F(HostsTest, AStoreThatIsBehindKnowsALaterCertificateOfTheHost) {
+  v1::AgentHello hello = Hello(Add("alpha").join_token());
+  hello.set_certificate_request("request");
+  const auto joined = hosts_.Admit(hello, rig_.now);
+  ASSERT_TRUE(joined.ok()) << joined.status();
+  hello.clear_join_token();
+  hello.set_host_id("host-1");
+  hello.set_host_secret(joined->admitted.host_secret());
+  const std::string third = NextHostSerial(NextHostSerial(joined->serial));
+  ASSERT_TRUE(hosts_.Admit(hello, rig_.now, third).ok());
+  EXPECT_FALSE(CheckHostCertificate(*rig_.state, "host-1", NextHostSerial(joined->serial)).ok());
 }
 
 TEST_F(HostsTest, AnAgentOfAReleaseTooFarAwayIsRefusedByNameAndMayComeBack) {

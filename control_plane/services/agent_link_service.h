@@ -117,14 +117,19 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     return came ? absl::OkStatus() : absl::CancelledError("no hello came");
   }
 
-  // A host that joins by TLS asks for its certificate with the token; one that has joined shows it.
+  // A host that joins by TLS asks for its certificate with the token; one that has joined shows it, and may ask for the
+  // next one.
   absl::Status CheckProof(const grpc::ServerContext& context, const v1::AgentHello& hello) const {
     if (door_ == Door::kSocket) {
       return hello.certificate_request().empty()
                  ? absl::OkStatus()
                  : absl::InvalidArgumentError("hello.certificate_request: over a socket there are no certificates");
     }
-    if (hello.join_token().empty()) return CheckHostOf(context, hello.host_id());
+    if (hello.join_token().empty()) {
+      const absl::Status shown = CheckHostOf(context, hello.host_id());
+      return !shown.ok() || hello.certificate_request().empty() ? shown
+                                                                : trust::CheckRequest(hello.certificate_request());
+    }
     if (hello.certificate_request().empty()) {
       return absl::InvalidArgumentError("hello.certificate_request: a host that joins by TLS needs a certificate");
     }
@@ -146,7 +151,9 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     if (!first.has_hello()) return absl::InvalidArgumentError("hello: must be the first message of a stream");
     if (absl::Status status = CheckHello(first.hello()); !status.ok()) return status;
     if (absl::Status status = CheckProof(*context, first.hello()); !status.ok()) return status;
-    const auto attached = plane_.Attach(first.hello(), [context] { context->TryCancel(); });
+    const std::string serial = door_ == Door::kOperators ? ShownSerial(*context) : "";
+    const auto attached = plane_.Attach(
+        first.hello(), [context] { context->TryCancel(); }, serial);
     if (!attached.ok()) return attached.status();
     is_attached = true;
     ControlPlane::AgentStream& agent = **attached;

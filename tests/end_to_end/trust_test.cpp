@@ -35,6 +35,7 @@ using ::testing::Not;
 
 constexpr std::chrono::seconds kPatience{60};
 constexpr std::size_t kMaxFileBytes = 1 << 20;
+constexpr char kRenewed[] = "certificate renewed";
 
 class TrustTest : public ::testing::Test {
  protected:
@@ -72,18 +73,31 @@ class TrustTest : public ::testing::Test {
     http_ = addresses.at("http");
   }
   // An agent that joins by TLS, or has joined: until it is admitted, or has ended.
-  bool StartAgent(const std::string& token) {
+  bool StartAgent(const std::string& token, const std::vector<std::string>& more = {}) {
     const std::string ready = folder_.path() + "/agent.json";
     std::filesystem::remove(ready);
     const std::string token_file = folder_.path() + "/join-token";
     std::ofstream(token_file) << token << "\n";
     const int first = 30'000 + getpid() % 20 * 100;
-    auto agent = host::ChildProcess::Start(
-        {.argv = {support::BinaryPath("tessera-agent"), "--control", operators_, "--state-dir",
-                  folder_.path() + "/agent", "--join-token-file", token_file, "--metrics-listen", "127.0.0.1:0",
-                  "--port-range", fmt::format("{}-{}", first, first + 99), "--capacity", "4", "--ready-file", ready,
-                  "--stop-workers", "--die-with-parent"},
-         .log_path = AgentLog()});
+    std::vector<std::string> argv = {support::BinaryPath("tessera-agent"),
+                                     "--control",
+                                     operators_,
+                                     "--state-dir",
+                                     folder_.path() + "/agent",
+                                     "--join-token-file",
+                                     token_file,
+                                     "--metrics-listen",
+                                     "127.0.0.1:0",
+                                     "--port-range",
+                                     fmt::format("{}-{}", first, first + 99),
+                                     "--capacity",
+                                     "4",
+                                     "--ready-file",
+                                     ready,
+                                     "--stop-workers",
+                                     "--die-with-parent"};
+    argv.insert(argv.end(), more.begin(), more.end());
+    auto agent = host::ChildProcess::Start({.argv = argv, .log_path = AgentLog()});
     EXPECT_TRUE(agent.ok()) << agent.status();
     agent_ = *std::move(agent);
     return agent_->WaitForFile(ready, kPatience);
@@ -125,6 +139,22 @@ class TrustTest : public ::testing::Test {
     }
     return ahead;
   }
+  // Until the agent has renewed its certificate so often; its metrics at the last look.
+  std::string AwaitRenewals(std::size_t times) const {
+    const std::string metrics =
+        nlohmann::json::parse(*host::ReadFile(folder_.path() + "/agent.json", kMaxFileBytes)).at("metrics");
+    const auto patience_ends = std::chrono::steady_clock::now() + kPatience;
+    std::size_t renewed = 0;
+    std::string page;
+    while (renewed < times && std::chrono::steady_clock::now() < patience_ends) {
+      page = telemetry::HttpGet(metrics, "/metrics").value().body;
+      const std::string log = *host::ReadFile(AgentLog(), kMaxFileBytes);
+      renewed = 0;
+      for (auto at = log.find(kRenewed); at != std::string::npos; at = log.find(kRenewed, at + 1)) ++renewed;
+    }
+    EXPECT_GE(renewed, times) << host::LastLinesText(AgentLog(), 5);
+    return page;
+  }
   std::string ControlLog() const { return folder_.path() + "/control.log"; }
   std::string AgentLog() const { return folder_.path() + "/agent.log"; }
   std::string Everything() const {
@@ -159,6 +189,31 @@ TEST_F(TrustTest, AWorldRunsOnAHostThatJoinedByTlsAndPlayersComeIn) {
   ASSERT_TRUE(StartAgent("tsj_used." + fingerprint_)) << host::LastLinesText(AgentLog(), 5);
   EXPECT_EQ(FirstLine(Tessera({"cluster", "authority"})), fingerprint_);
   EXPECT_THAT(Everything(), Not(HasSubstr(token.substr(0, 68)))) << "no secret is in a log";
+}
+
+// By certificates that live 3.6 s, under a world that runs on.
+TEST_F(TrustTest, ACertificateRenewsItselfAndTheEarlierOneIsWorthNothing) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"), {"--certificate-hours", "0.001"})) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera({"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies",
+                                              "50", "--regions", "2", "--guests", "on", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  const std::string earlier = folder_.path() + "/earlier";
+  std::filesystem::create_directory(earlier);
+  std::filesystem::copy_file(folder_.path() + "/agent/host.json", earlier + "/host.json");
+  const std::string metrics = AwaitRenewals(3);
+  EXPECT_THAT(metrics, HasSubstr("\ntessera_agent_certificate_life_seconds 3.6\n"));
+  EXPECT_THAT(metrics, HasSubstr("\ntessera_agent_certificate_left_seconds "));
+  EXPECT_THAT(*host::ReadFile(ControlLog(), kMaxFileBytes), HasSubstr("host shows its next certificate host=alpha"));
+  const auto instance = nlohmann::json::parse(Tessera({"-o", "json", "instance", "describe", "inst-1"}).out);
+  EXPECT_EQ(instance.at("state"), "INSTANCE_STATE_RUNNING");
+  EXPECT_EQ(instance.value("failovers", 0), 0);
+
+  const support::RunResult thief = support::RunProgram(
+      "tessera-agent", {"--control", operators_, "--state-dir", earlier, "--metrics-listen", "127.0.0.1:0"});
+  EXPECT_EQ(thief.exit_code, 1);
+  EXPECT_THAT(thief.out + thief.err, HasSubstr("the certificate is not that of host-1"));
+  agent_->End(kPatience);
+  ASSERT_TRUE(StartAgent("tsj_used." + fingerprint_)) << host::LastLinesText(AgentLog(), 5);
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // a sanitizer wants to be the first library
