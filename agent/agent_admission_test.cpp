@@ -7,11 +7,14 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "agent/limits.h"
 #include "agent/testing/agent_fixture.h"
 #include "gmock/gmock.h"
 #include "host/files.h"
+#include "host/landlock.h"
+#include "host/testing/hide_landlock.h"
 #include "host/wait_readable.h"
 #include "telemetry/http_get.h"
 
@@ -169,6 +172,27 @@ TEST_F(AgentAdmissionTest, SystemdHearsReadyStatusAndStopping) {
   EXPECT_TRUE(hear("STOPPING=1\n"));
   EXPECT_EQ(agent->Wait(), Exited(0));
   close(fd);
+}
+
+TEST_F(AgentAdmissionTest, AKernelWithoutLandlockIsWarnedOfWhereWorkersAreToBeInASandbox) {
+  constexpr char kWarning[] = "workers keep the files of this user missing=\"Landlock: ";
+  std::thread on_such_a_kernel([&] {
+    ASSERT_TRUE(host::HideLandlock());
+    const auto warns = StartAdmitted();
+    EXPECT_THAT(warns->Output(), HasSubstr(std::string(kWarning) + "Function not implemented\""));
+    warns->Signal(SIGTERM);
+    EXPECT_EQ(warns->Wait(), Exited(0));
+    const auto without = StartAgent({"--worker-sandbox", "off"});
+    ASSERT_TRUE(without->WaitForText("control plane connected"));
+    EXPECT_THAT(without->Output(), Not(HasSubstr(kWarning))) << "nothing is missed";
+    without->Signal(SIGTERM);
+    EXPECT_EQ(without->Wait(), Exited(0));
+  });
+  on_such_a_kernel.join();
+  if (!host::LandlockVersion().ok()) return;
+  const auto agent = StartAgent();
+  ASSERT_TRUE(agent->WaitForText("control plane connected"));
+  EXPECT_THAT(agent->Output(), Not(HasSubstr(kWarning)));
 }
 
 TEST_F(AgentAdmissionTest, ReadyFileTellsWhereTheMetricsAreAndTheyCount) {

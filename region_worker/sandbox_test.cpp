@@ -3,8 +3,6 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/ptrace.h>
@@ -22,12 +20,12 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <string>
 #include <thread>
 
 #include "host/landlock.h"
 #include "host/temporary_folder.h"
+#include "host/testing/hide_landlock.h"
 
 namespace tessera::worker {
 namespace {
@@ -188,23 +186,11 @@ TEST_F(SandboxTest, MemoryHasAnEnd) {
             0);
 }
 
-// So an older kernel answers, and a container that lets nobody make such a sandbox.
-bool HideLandlock() {
-  sock_filter program[] = {
-      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_landlock_create_ruleset, 0, 1),
-      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
-      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
-  };
-  const sock_fprog filter{.len = std::size(program), .filter = program};
-  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) == 0;
-}
-
 TEST(SandboxWithoutLandlockTest, TheRestIsGivenUpAndTheAnswerNamesWhatIsMissing) {
   const host::TemporaryFolder folder;
   const pid_t child = fork();
   if (child == 0) {
-    if (!HideLandlock()) _exit(100);
+    if (!host::HideLandlock()) _exit(100);
     SandboxSpec spec;
     spec.writable = {folder.path()};
     const auto missing = EnterSandbox(spec);
