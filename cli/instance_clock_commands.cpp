@@ -1,4 +1,4 @@
-// tessera instance pause | resume | pace | set-game
+// tessera instance pause | resume | step | pace | set-game
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -19,6 +19,7 @@ namespace {
 struct ClockOptions {
   std::string id, file;
   double ticks_per_second = 0;
+  std::uint32_t ticks = 1;
   double timeout_s = 60;
   bool wait = false, dry_run = false;
 };
@@ -73,6 +74,26 @@ void Resume(const Globals& globals, const ClockOptions& options) {
   }
   PrintChange(globals, "instance", options.id, options.wait ? "resumed" : "resuming", options.dry_run,
               response.instance());
+}
+
+// The world stands, so the tick at which it will stand again is known before.
+void Step(const Globals& globals, const ClockOptions& options) {
+  local::Connection connection = Connect(globals);
+  v1::ResumeInstanceRequest request;
+  request.set_id(options.id);
+  request.set_ticks(options.ticks);
+  request.set_validate_only(options.dry_run);
+  const auto response =
+      connection.Call("instance step", connection.instances(), &v1::InstanceService::Stub::ResumeInstance, request);
+  const std::uint64_t end = TickOf(response.instance()) + options.ticks;
+  std::string done = fmt::format("stepping to tick {}", end);
+  if (options.wait && !options.dry_run) {
+    AwaitClock(connection, options, fmt::format("at tick {}", end), [&](const v1::Instance& instance) {
+      return instance.state() == v1::INSTANCE_STATE_PAUSED && TickOf(instance) >= end;
+    });
+    done = fmt::format("paused after tick {}", TickOf(GetInstance(connection, "instance step", options.id)));
+  }
+  PrintChange(globals, "instance", options.id, done, options.dry_run, response.instance());
 }
 
 void Pace(const Globals& globals, const ClockOptions& options) {
@@ -133,6 +154,11 @@ void AddInstanceClockCommands(CLI::App& instance, Globals& globals) {
     Pause(globals, *options);
   });
   add("resume", "Let a paused world go on")->callback([&globals, options] { Resume(globals, *options); });
+  CLI::App* step = add("step", "Let a paused world make some ticks, the same in all regions, and stand again");
+  step->add_option("--ticks", options->ticks, "Ticks that it makes, 1 to 36000")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 36'000));
+  step->callback([&globals, options] { Step(globals, *options); });
   CLI::App* pace = add("pace", "Let the world make fewer ticks a second: slow motion");
   pace->add_option("--ticks-per-second", options->ticks_per_second, "1 to the scene's tick rate, which is full speed")
       ->required();

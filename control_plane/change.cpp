@@ -347,9 +347,11 @@ std::optional<records::Instance> StepPlan(const records::Instance& record, std::
     return next;
   }
   if (!planned.committed()) {
-    if (newest + FloodTicks(facts) >= planned.effective_tick()) return PutOff(record);
+    const bool stands = IsPaused(record);  // a step of a paused world, which nobody makes before all know of it
+    if (!stands && newest + FloodTicks(facts) >= planned.effective_tick()) return PutOff(record);
     if (!all([version](const RegionFacts& region) { return region.planned_version >= version; })) return std::nullopt;
     next.mutable_planned()->set_committed(true);
+    if (stands) next.mutable_clock()->set_resumed_version(record.map().version());
     return next;
   }
   if (all([version](const RegionFacts& region) { return region.map_version >= version; })) return InForce(record);

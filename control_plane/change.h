@@ -5,7 +5,8 @@
 //   StepPlan:   newcomers are bound -> a tick for it, sent to all -> all know it -> committed -> in force
 //               -> nobody holds bodies in another's cells -> the settled map, by the same steps -> done
 //
-// There is one plan at a time, and none during a failover. A plan that comes too late for its tick is put off under a
+// There is one plan at a time, and none during a failover. In a paused world there is none but a step by so many ticks,
+// whose commitment ends the pause. A plan that comes too late for its tick is put off under a
 // new version. Each step is found again from the stored record.
 #pragma once
 

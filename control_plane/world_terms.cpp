@@ -27,6 +27,18 @@ records::Game InForceGame(const records::Instance& record) {
   return game;
 }
 
+// `effective_tick` 0: to be found once it is announced.
+void PlanSameCells(const records::Instance& record, const v1::WorldTerms& terms, std::uint64_t effective_tick,
+                   records::Instance& next) {
+  v1::PlannedMap& planned = *next.mutable_planned();
+  *planned.mutable_map() = record.map();
+  next.set_last_map_version(std::max(record.last_map_version(), record.map().version()) + 1);
+  planned.mutable_map()->set_version(next.last_map_version());
+  SetTerms(terms, *planned.mutable_map());
+  planned.set_effective_tick(effective_tick);
+  planned.set_committed(false);
+}
+
 }  // namespace
 
 v1::WorldTerms TermsOf(const records::Instance& record) {
@@ -53,14 +65,18 @@ std::optional<records::Instance> StepTerms(const records::Instance& record, bool
   }
   const v1::WorldTerms wanted = WantedTerms(record, game_loaded);
   if (Same(wanted, TermsOf(record))) return std::nullopt;
-  v1::PlannedMap& planned = *next.mutable_planned();
-  *planned.mutable_map() = record.map();
-  next.set_last_map_version(std::max(record.last_map_version(), record.map().version()) + 1);
-  planned.mutable_map()->set_version(next.last_map_version());
-  SetTerms(wanted, *planned.mutable_map());
-  planned.set_effective_tick(0);
-  planned.set_committed(false);
+  PlanSameCells(record, wanted, 0, next);
   return next;
+}
+
+records::Instance PlanTicks(const records::Instance& record, std::uint64_t tick, std::uint32_t ticks) {
+  records::Instance next = record;
+  PlanSameCells(record, record.map().terms(), tick + ticks + 1, next);
+  return next;
+}
+
+void ForgetStep(records::Instance& next) {
+  if (IsPaused(next) && !next.planned().committed()) next.clear_planned();
 }
 
 void SetTerms(const v1::WorldTerms& terms, v1::PartitionMap& map) {

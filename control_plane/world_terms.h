@@ -24,6 +24,15 @@ double PaceOf(const records::Instance& record);
 // wait. `game_loaded`: all workers have loaded the game that is to take the place of the one that runs.
 std::optional<records::Instance> StepTerms(const records::Instance& record, bool game_loaded);
 
+// The most ticks of one step: ten minutes of a usual world.
+inline constexpr std::uint32_t kMaxStepTicks = 36'000;
+// A plan for a paused world, all regions of which stand after `tick`: to make so many ticks and stand again. It is the
+// map of the next pause. Once all know of it, it is committed and the present pause ends, in one order, so that it
+// needs no lead (change.h).
+records::Instance PlanTicks(const records::Instance& record, std::uint64_t tick, std::uint32_t ticks);
+// The wish that the world goes on forgets a step that nobody makes yet.
+void ForgetStep(records::Instance& next);
+
 // Writes terms into a message; those of a world that nobody has changed take no bytes.
 void SetTerms(const v1::WorldTerms& terms, v1::PartitionMap& map);
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "control_plane/change.h"
 #include "control_plane/failover.h"
 #include "core/world/partition_io.h"
 
@@ -65,6 +66,50 @@ TEST(WorldTermsTest, APauseIsAMapAndItsEndIsNone) {
   const auto second = StepTerms(again, false);
   ASSERT_TRUE(second.has_value()) << "a pause that is over says nothing of the next one";
   EXPECT_EQ(second->planned().map().version(), 3u);
+}
+
+// So many facts as the record has regions, all of which stand after `tick`.
+std::vector<RegionFacts> StandAfter(std::uint64_t tick, std::uint64_t map_version, std::uint64_t planned_version) {
+  std::vector<RegionFacts> facts(2);
+  for (RegionFacts& region : facts) {
+    region.bound = region.running = true;
+    region.tick = tick;
+    region.map_version = map_version;
+    region.planned_version = planned_version;
+  }
+  return facts;
+}
+
+TEST(WorldTermsTest, AStepIsTheNextPauseWhoseCommitmentEndsThisOne) {
+  records::Instance record = Running();
+  record.mutable_clock()->set_paused(true);
+  const records::Instance paused = Carried(*StepTerms(record, false), 700);
+  const records::Instance planned = PlanTicks(paused, 699, 1);
+  EXPECT_EQ(planned.planned().map().version(), 3u);
+  EXPECT_EQ(planned.planned().effective_tick(), 701u);
+  EXPECT_TRUE(planned.planned().map().terms().paused());
+  EXPECT_TRUE(IsPaused(planned));
+  EXPECT_FALSE(StepTerms(planned, false).has_value());
+  EXPECT_FALSE(StepPlan(planned, StandAfter(699, 2, 2)).has_value()) << "it waits for all to know, and is not put off";
+  const auto committed = StepPlan(planned, StandAfter(699, 2, 3));
+  ASSERT_TRUE(committed.has_value());
+  EXPECT_TRUE(committed->planned().committed());
+  EXPECT_EQ(committed->clock().resumed_version(), 2u) << "with the same order";
+  EXPECT_FALSE(IsPaused(*committed));
+  EXPECT_FALSE(StepPlan(*committed, StandAfter(699, 2, 3)).has_value());
+  const auto stands = StepPlan(*committed, StandAfter(700, 3, 3));
+  ASSERT_TRUE(stands.has_value());
+  EXPECT_TRUE(IsPaused(*stands));
+  EXPECT_EQ(DescribeTerms(*committed, *stands, 701), "paused after tick 700");
+  EXPECT_FALSE(StepTerms(*stands, false).has_value());
+
+  records::Instance goes_on = planned;
+  ForgetStep(goes_on);
+  EXPECT_FALSE(goes_on.has_planned());
+  EXPECT_EQ(goes_on.last_map_version(), 3u) << "nobody takes another map for it";
+  goes_on = *committed;
+  ForgetStep(goes_on);
+  EXPECT_TRUE(goes_on.has_planned()) << "some may make it already";
 }
 
 TEST(WorldTermsTest, AFailoverTakesTheTermsOfACommittedPlanAlongAndForgetsOthers) {

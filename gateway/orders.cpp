@@ -168,6 +168,13 @@ absl::StatusOr<std::string> CarryOut(const Order& order, const OrderContext& con
       return Accepted(*instances, &Instances::SetPace, request,
                       absl::StrCat("goes at ", order.ticks_per_second, " ticks a second"));
     }
+    case OrderKind::kStep: {
+      v1::ResumeInstanceRequest request;
+      request.set_id(context.instance);
+      request.set_ticks(order.ticks);
+      return Accepted(*instances, &Instances::ResumeInstance, request,
+                      absl::StrCat("makes ", order.ticks, order.ticks == 1 ? " tick" : " ticks"));
+    }
     case OrderKind::kDrain: {
       const auto hosts = v1::HostService::NewStub(channel);
       v1::DrainHostRequest request;

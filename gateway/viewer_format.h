@@ -35,6 +35,8 @@ inline constexpr std::size_t kMaxMet_per_s = 100, kMaxMetKept = 100;
 inline constexpr std::size_t kMaxEventsKept = 64;
 // Limits for a recording that is played.
 inline constexpr double kMinPlaySpeed = 0.1, kMaxPlaySpeed = 16, kMaxPlayTime_s = 1e9, kMaxPlaySteps = 1000;
+// The most ticks that a paused world makes by one order; the control plane has the same limit.
+inline constexpr std::uint64_t kMaxStepTicks = 36'000;
 inline constexpr std::uint16_t kCloseStatus = 4000;
 
 }  // namespace tessera::gateway

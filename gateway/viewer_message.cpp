@@ -160,12 +160,13 @@ ViewerMessage ReadAuthorize(Fields& in) {
   return authorize;
 }
 
-constexpr std::array<std::pair<std::string_view, OrderKind>, 10> kOrders{{{"scale", OrderKind::kScale},
+constexpr std::array<std::pair<std::string_view, OrderKind>, 11> kOrders{{{"scale", OrderKind::kScale},
                                                                           {"checkpoint", OrderKind::kCheckpoint},
                                                                           {"restore", OrderKind::kRestore},
                                                                           {"pause", OrderKind::kPause},
                                                                           {"resume", OrderKind::kResume},
                                                                           {"pace", OrderKind::kPace},
+                                                                          {"step", OrderKind::kStep},
                                                                           {"drain", OrderKind::kDrain},
                                                                           {"set_property", OrderKind::kSetProperty},
                                                                           {"end_worker", OrderKind::kEndWorker},
@@ -186,11 +187,13 @@ ViewerMessage ReadOrder(Fields& in) {
   const auto need = [&](const char* field) { in.Need(field); };
   if (order.kind == OrderKind::kScale) need("regions");
   if (order.kind == OrderKind::kPace) need("ticks_per_second");
+  if (order.kind == OrderKind::kStep) need("ticks");
   if (order.kind == OrderKind::kDrain) need("host");
   if (order.kind == OrderKind::kEndWorker) need("region");
   if (order.kind == OrderKind::kSetProperty) need("body"), need("name"), need("value");
   order.regions = static_cast<std::uint32_t>(in.Whole("regions", 1, kMaxRegions).value_or(0));
   order.region = static_cast<std::uint32_t>(in.Whole("region", 1, 0xffffffff).value_or(0));
+  order.ticks = static_cast<std::uint32_t>(in.Whole("ticks", 1, kMaxStepTicks).value_or(0));
   order.tick = in.Whole("tick", 0, kMaxNumber).value_or(0);
   order.ticks_per_second = in.Real("ticks_per_second", 1, kMaxTickRateHz).value_or(0);
   order.host = in.String("host", kMaxNameBytes);

@@ -48,6 +48,7 @@ enum class OrderKind : std::uint8_t {
   kPause,
   kResume,
   kPace,
+  kStep,
   kDrain,
   kSetProperty,
   kEndWorker,
@@ -59,7 +60,7 @@ std::string_view NameOf(OrderKind kind);
 struct Order {
   std::uint64_t number = 0;
   OrderKind kind = OrderKind::kPause;
-  std::uint32_t regions = 0, region = 0;
+  std::uint32_t regions = 0, region = 0, ticks = 0;
   std::uint64_t tick = 0;
   double ticks_per_second = 0;
   std::string host{}, property{};

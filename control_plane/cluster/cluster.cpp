@@ -252,7 +252,10 @@ absl::StatusOr<v1::Instance> Cluster::PauseInstance(Now now, const v1::PauseInst
 absl::StatusOr<v1::Instance> Cluster::ResumeInstance(Now now, const v1::ResumeInstanceRequest& request) {
   const auto found = FindRunning(*state_, request.id());
   if (!found.ok()) return found.status();
-  return Ask(now, **found, PlannedChanges::Pause(**found, false, now), request.validate_only());
+  const auto next = request.ticks() == 0
+                        ? absl::StatusOr<std::optional<records::Instance>>(PlannedChanges::Pause(**found, false, now))
+                        : PlannedChanges::MakeTicks(**found, request.ticks(), now);
+  return Ask(now, **found, next, request.validate_only());
 }
 
 absl::StatusOr<v1::Instance> Cluster::SetPace(Now now, const v1::SetPaceRequest& request) {

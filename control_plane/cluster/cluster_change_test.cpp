@@ -445,6 +445,45 @@ TEST(ChangeTest, AWorldIsPausedByAMapAndNothingElseIsPlannedUntilItGoesOn) {
   ExpectSettled(harness, id, 3);
 }
 
+TEST(ChangeTest, APausedWorldMakesTicksAndAStepThatCannotBeIsRefusedByItsField) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  const std::string id = Start(harness, 2);
+  v1::ResumeInstanceRequest step;
+  step.set_id(id);
+  step.set_ticks(3);
+  const auto refused = [&] {
+    return std::string(harness.cluster().ResumeInstance(harness.now, step).status().message());
+  };
+  EXPECT_EQ(refused(), "id: " + id + " is not paused, so it makes no single ticks");
+  v1::PauseInstanceRequest pause;
+  pause.set_id(id);
+  ASSERT_TRUE(harness.cluster().PauseInstance(harness.now, pause).ok());
+  harness.Run(seconds(3));
+  ASSERT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_PAUSED);
+  const auto tick = [&] { return harness.Get(id).region_status(0).report().tick(); };
+  const std::uint64_t begin = tick();
+  step.set_ticks(36'001);
+  EXPECT_EQ(refused(), "ticks: 36001 is not in 1 to 36000");
+  step.set_ticks(3);
+  step.set_validate_only(true);
+  ASSERT_TRUE(harness.cluster().ResumeInstance(harness.now, step).ok());
+  harness.Run(seconds(3));
+  EXPECT_EQ(tick(), begin) << "it was only asked whether it could be";
+  step.set_validate_only(false);
+  ASSERT_TRUE(harness.cluster().ResumeInstance(harness.now, step).ok());
+  EXPECT_EQ(refused(), "id: " + id + " is about to stand; try again");
+  harness.Run(seconds(3));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_PAUSED);
+  const v1::Instance now = harness.Get(id);
+  ASSERT_EQ(now.region_status_size(), 2);
+  for (const v1::RegionStatus& region : now.region_status()) {
+    EXPECT_EQ(region.report().tick(), begin + 3) << region.region();
+  }
+  EXPECT_NE(now.events(now.events_size() - 1).text().find("paused after tick " + std::to_string(begin + 3)),
+            std::string::npos);
+}
+
 TEST(ChangeTest, OnlyAWorldThatRunsIsPausedAndOnlyAtAPaceThatItCanHave) {
   ClusterHarness harness;
   harness.AddHost("alpha", 4);

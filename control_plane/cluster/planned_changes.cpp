@@ -50,6 +50,16 @@ std::chrono::nanoseconds UntilNextChange(const InstanceEntry& instance) {
   return wait;
 }
 
+// The tick after which all regions of a paused world stand, as they have reported: who goes by the map of the pause
+// makes no tick any more.
+std::optional<std::uint64_t> StandingTick(const InstanceEntry& instance) {
+  const auto stands = [&](const WorkerEntry& worker) {
+    return worker.report.tick() == instance.workers.front().report.tick();
+  };
+  const bool all = !instance.workers.empty() && AllRunByMap(instance) && std::ranges::all_of(instance.workers, stands);
+  return all ? std::optional(instance.workers.front().report.tick()) : std::nullopt;
+}
+
 bool OwnsCells(const v1::PartitionMap& map, std::uint32_t region) {
   return std::any_of(map.cells().begin(), map.cells().end(),
                      [region](const v1::Cell& cell) { return cell.owner() == region; });
@@ -111,7 +121,27 @@ std::optional<records::Instance> PlannedChanges::Pause(const InstanceEntry& inst
   if (instance.record.clock().paused() == paused) return std::nullopt;
   records::Instance next = instance.record;
   next.mutable_clock()->set_paused(paused);
+  if (!paused) ForgetStep(next);
   AddEvent(next, now, paused ? "to be paused" : "to go on");
+  return next;
+}
+
+absl::StatusOr<std::optional<records::Instance>> PlannedChanges::MakeTicks(const InstanceEntry& instance,
+                                                                           std::uint32_t ticks, Now now) {
+  const records::Instance& record = instance.record;
+  if (ticks < 1 || ticks > kMaxStepTicks) {
+    return absl::InvalidArgumentError(absl::StrCat("ticks: ", ticks, " is not in 1 to ", kMaxStepTicks));
+  }
+  const auto refused = [&](absl::string_view why) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", record.id(), why));
+  };
+  if (record.has_failover()) return refused(" goes through a failover; try again");
+  if (record.clock().paused() && record.has_planned()) return refused(" is about to stand; try again");
+  if (!record.clock().paused() || !IsPaused(record)) return refused(" is not paused, so it makes no single ticks");
+  const std::optional<std::uint64_t> tick = StandingTick(instance);
+  if (!tick) return refused(": its regions do not all stand yet; try again");
+  records::Instance next = PlanTicks(record, *tick, ticks);
+  AddEvent(next, now, absl::StrCat("to make ", ticks, ticks == 1 ? " tick" : " ticks", " and stand again"));
   return next;
 }
 
@@ -164,8 +194,8 @@ std::optional<records::Instance> PlannedChanges::Next(InstanceEntry& instance, N
   NoteCuts(instance, now);
   const std::optional<SlowRegion> slow = slow_hosts_.Look(instance, now);
   if (auto next = NextTerms(instance, now)) return next;
-  // Until it goes on nothing can come into force.
-  if (IsPaused(instance.record)) return std::nullopt;
+  // Until it goes on nothing but a step can come into force.
+  if (IsPaused(instance.record) && !instance.record.has_planned()) return std::nullopt;
   std::vector<RegionFacts> facts = Facts(instance, now);
   auto next = StepPlan(instance.record, facts);
   if (!next) return Plan(instance, std::move(facts), slow, now);

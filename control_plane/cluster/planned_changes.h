@@ -40,6 +40,10 @@ class PlannedChanges {
   absl::StatusOr<std::optional<records::Instance>> Restart(const InstanceEntry& instance, Now now) const;
   // The wish for the world's time: nothing if it is so already.
   static std::optional<records::Instance> Pause(const InstanceEntry& instance, bool paused, Now now);
+  // A paused world makes so many ticks. INVALID_ARGUMENT: not 1 to kMaxStepTicks; FAILED_PRECONDITION: it is not
+  // paused, its regions do not all stand after one tick, or something is under way.
+  static absl::StatusOr<std::optional<records::Instance>> MakeTicks(const InstanceEntry& instance, std::uint32_t ticks,
+                                                                    Now now);
   // INVALID_ARGUMENT: not 1 to the scene's tick rate.
   static absl::StatusOr<std::optional<records::Instance>> SetPace(const InstanceEntry& instance,
                                                                   double ticks_per_second, Now now);

@@ -56,7 +56,7 @@ v1::AgentMessage FakeWorkers::Heartbeat() {
   v1::AgentMessage message;
   for (auto& [key, worker] : workers) {
     const bool moves = worker.report.phase() == v1::WORKER_PHASE_RUNNING && worker.inventory.version() == 0 &&
-                       !still.contains(key.second);
+                       !still.contains(key.second) && !Stands(worker);
     if (moves) worker.report.set_tick(worker.report.tick() + 15);
   }
   message.mutable_heartbeat()->set_desired_revision(acted_revision_);
@@ -173,8 +173,18 @@ bool FakeWorkers::FollowMaps(FakeWorker& worker) {
   return false;
 }
 
+// By the terms of the map that it goes by.
+bool FakeWorkers::Stands(const FakeWorker& worker) {
+  const v1::WorkerOrder& order = worker.order;
+  const std::uint64_t version = worker.report.map_version();
+  const v1::PartitionMap& map = order.planned().map().version() == version ? order.planned().map() : order.map();
+  return map.version() == version && map.terms().paused() && order.resumed_version() < version;
+}
+
 void FakeWorkers::Move(FakeWorker& worker) {
   const v1::PartitionMap& map = worker.order.planned().map();
+  const bool comes = worker.report.map_version() < map.version();
+  if (comes && map.terms().paused()) worker.report.set_tick(worker.order.planned().effective_tick() - 1);
   worker.report.set_map_version(map.version());
   const std::uint32_t self = worker.report.identity().region();
   if (std::any_of(map.cells().begin(), map.cells().end(), [&](const auto& cell) { return cell.owner() == self; })) {

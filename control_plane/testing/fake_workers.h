@@ -59,6 +59,7 @@ class FakeWorkers {
   void Follow(FakeWorker& worker) const;
   bool FollowMaps(FakeWorker& worker);
   void Move(FakeWorker& worker);
+  static bool Stands(const FakeWorker& worker);
   void HoldCopies(FakeWorker& worker);
   void TakeStock(FakeWorker& worker);
   void Resume(FakeWorker& worker);

@@ -30,6 +30,15 @@ TEST(MapChangeTest, RefusesACommitThatNotEveryoneCouldHearOf) {
   EXPECT_TRUE(change.Commit(MapVersion(2), Tick(49), 3).ok()) << "repeating does nothing";
 }
 
+TEST(MapChangeTest, WhereNobodyHasToHearOfItACommitIsInTimeForTheNextTick) {
+  MapChange change;
+  ASSERT_TRUE(change.Announce(Version(2), Tick(12), MapVersion(1), Tick(10)).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(change.Commit(MapVersion(2), Tick(10), 1)));
+  EXPECT_TRUE(change.Commit(MapVersion(2), Tick(10), 0).ok());
+  EXPECT_FALSE(change.DueAt(Tick(10)));
+  EXPECT_TRUE(change.DueAt(Tick(11)));
+}
+
 TEST(MapChangeTest, BelievesWhatOthersHaveCommittedWheneverItComes) {
   MapChange change;
   change.Heard(MapVersion(2));

@@ -47,7 +47,10 @@ absl::Status Region::Receive(RegionId from, std::span<const std::uint8_t> frame)
 bool Region::CanStep() const { return !halted() && parts_->borders.Ready(); }
 std::vector<RegionId> Region::WaitingFor() const { return parts_->borders.WaitingFor(); }
 
-bool Region::NeighborsGoOn() const { return parts_->borders.newest() > parts_->tick; }
+bool Region::NeighborsGoOn() const {
+  const Borders& borders = parts_->borders;
+  return borders.newest() > parts_->tick || borders.newest_commit() > map().version();
+}
 
 void Region::TakeLinkDown(RegionId neighbor) { parts_->borders.TakeDown(neighbor); }
 bool Region::IsLinkUp(RegionId neighbor) const { return parts_->borders.IsUp(neighbor); }

@@ -113,7 +113,8 @@ class Region {
   // True when every neighbour's frame of tick() is here or not needed, so that the next tick can be stepped.
   bool CanStep() const;
   std::vector<RegionId> WaitingFor() const;  // neighbours whose frames are missing, ascending
-  // Whether a neighbour has made a step beyond this region's: frames of a later tick have come.
+  // Whether a neighbour has made a step beyond this region's: frames of a later tick have come, or, where the later
+  // tick goes by the next map already, the word that it is committed.
   bool NeighborsGoOn() const;
   // Requires CanStep().
   StepResult Step(const PhaseObserver& observer = {});
@@ -258,7 +259,9 @@ class Region {
   // The announced map is to come into force. Accepted only while everyone can still hear of it through the frames in
   // time (a map committed by one is committed by all); otherwise FAILED_PRECONDITION: ask for a later tick. NOT_FOUND:
   // that version is not announced. Repeating it does nothing.
-  absl::Status Commit(MapVersion version);
+  // `stands`: the map in force is a pause that ends with the commit. Then it is always in time, for nobody steps before
+  // an order or a neighbour's frame of a later tick says so, and either says that the map is committed.
+  absl::Status Commit(MapVersion version, bool stands = false);
   MapVersion announced() const;  // MapVersion() if none waits
   bool committed() const;        // whether the announced map is committed
   // Bodies and copies of granted ones that are too far outside this region's cells for a map without `from`. Once it is

@@ -45,9 +45,9 @@ absl::Status Region::Announce(const PartitionMap& map, Tick effective) {
   return absl::OkStatus();
 }
 
-absl::Status Region::Commit(MapVersion version) {
+absl::Status Region::Commit(MapVersion version, bool stands) {
   if (halted()) return absl::FailedPreconditionError("a failover is under way");
-  const std::uint64_t links = FurthestRegion(map(), id());
+  const std::uint64_t links = stands ? 0 : FurthestRegion(map(), id());
   return parts_->map_change.Commit(version, tick(), links * (parts_->settings.promise_ticks + 1));
 }
 

@@ -7,12 +7,12 @@
 
 namespace tessera::worker {
 
-void MapFollower::Follow(const OrderedMap& planned, region::Region& region, Actions& actions) {
+void MapFollower::Follow(const OrderedMap& planned, bool stands, region::Region& region, Actions& actions) {
   const MapVersion version = planned.map.version();
   if (version <= region.map().version()) return;
   Announce(planned, region, actions);
   if (!planned.committed || planned_ != version || refused_ == version || region.committed()) return;
-  const absl::Status committed = region.Commit(version);
+  const absl::Status committed = region.Commit(version, stands);
   if (committed.ok()) {
     LogInfo(actions, absl::StrCat("map committed version=", version.value(), " effective=", planned.effective.value(),
                                   " tick=", region.tick().value()));

@@ -4,7 +4,7 @@
 // `committed` it is to come into force, or the refusal is reported.
 //
 //   MapFollower maps(region);
-//   maps.Follow(*order.planned, region, actions);        // each order, unless a failover is under way
+//   maps.Follow(*order.planned, stands, region, actions);  // each order, unless a failover is under way
 //   if (maps.CameIntoForce(region, actions)) publish it   // each round
 //
 // Thread rule: one thread.
@@ -22,7 +22,8 @@ class MapFollower {
  public:
   explicit MapFollower(const region::Region& region) : in_force_(region.map().version()) {}
 
-  void Follow(const OrderedMap& planned, region::Region& region, Actions& actions);
+  // `stands`: by the pause that is in force here, which a committed map ends.
+  void Follow(const OrderedMap& planned, bool stands, region::Region& region, Actions& actions);
   // A failover's map takes the place of the one that is announced.
   void ForgetNext() { next_.reset(); }
   // True once after each change of the map in force.

@@ -12,7 +12,7 @@ class MapFollowerTest : public ::testing::Test {
   OrderedMap Planned(std::uint64_t version, Tick effective, bool committed) const {
     return {LaterMap(rig.region.map(), version), effective, committed};
   }
-  void Follow(const OrderedMap& planned) { maps.Follow(planned, rig.region, rig.actions); }
+  void Follow(const OrderedMap& planned, bool stands = false) { maps.Follow(planned, stands, rig.region, rig.actions); }
 
   CoreRig rig;
   MapFollower maps{rig.region};
@@ -62,6 +62,15 @@ TEST_F(MapFollowerTest, ACommitThatComesTooLateIsRefusedOnce) {
   EXPECT_FALSE(rig.region.committed());
   EXPECT_EQ(maps.refused(), MapVersion(2));
   EXPECT_EQ(rig.Logged(Severity::kWarning), 1);
+}
+
+TEST_F(MapFollowerTest, WhereTheWorldStandsAMapIsCommittedHoweverNearItsTickIs) {
+  Follow(Planned(2, Tick(20), false));
+  rig.StepTo(Tick(19));
+  Follow(Planned(2, Tick(20), true), true);
+  EXPECT_TRUE(rig.region.committed());
+  EXPECT_EQ(maps.refused(), MapVersion());
+  EXPECT_EQ(rig.Logged(Severity::kWarning), 0);
 }
 
 TEST_F(MapFollowerTest, AFailoversMapTakesThePlaceOfTheAnnouncedOne) {

@@ -38,7 +38,9 @@ absl::Status RegionRun::Follow(const Order& order, TimePoint now, LinkTable& lin
   // The dead come first: an order that declares a region dead names it a primary no more.
   if (absl::Status status = FollowFailover(order, now, links, actions); !status.ok()) return status;
   clock_.Resume(order.resumed);
-  if (order.planned && !failovers_.under_way()) maps_.Follow(*order.planned, ticks_.region(), actions);
+  if (order.planned && !failovers_.under_way()) {
+    maps_.Follow(*order.planned, clock_.paused(), ticks_.region(), actions);
+  }
   if (failovers_.fenced()) return absl::OkStatus();
   copies_.Set(order.primaries, now, links, actions);
   standby_log_.SetStandby(order.standby, ticks_.region(), actions);

@@ -2,7 +2,8 @@
 //
 // A pause is part of a map: every region has stepped to the same tick when that is in force, and steps no more. The
 // end of a pause needs no tick, since nobody is beyond that one: each region goes on when an order says so, or when the
-// frame of a neighbour shows that it has gone on, and those who hear of it first wait for the others' frames.
+// frame of a neighbour shows that it has gone on, and those who hear of it first wait for the others' frames. A step by
+// so many ticks is the end of the pause together with the map of the next one, which all know of by then.
 //
 // A faster pace counts as soon as its map is committed, so that leaving slow motion does not take twenty slow ticks.
 //

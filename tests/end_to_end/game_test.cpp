@@ -246,7 +246,7 @@ kinds.ball = {
       PlayUntil("the game's counter", [this] { return Metric("tessera_game_counter_total{name=\"hits\"}") >= 3; }));
 }
 
-TEST_F(GameTest, APausedWorldKeepsItsPlayersAndShowsThemThatItStands) {
+TEST_F(GameTest, APausedWorldKeepsItsPlayersShowsThemThatItStandsAndStepsByTicks) {
   Start({.scene = scene_, .game = game_, .regions = 4, .bots = 2, .hosts = 2, .capacity = 4});
   ASSERT_TRUE(PlayUntilRegionsAreProtected());
   const std::string id = run_->instance_id();
@@ -268,7 +268,23 @@ TEST_F(GameTest, APausedWorldKeepsItsPlayersAndShowsThemThatItStands) {
   EXPECT_EQ(joined.exit_code, 0) << joined.err;
   EXPECT_THAT(joined.out, HasSubstr("world paused")) << "who joins is told";
 
+  std::uint64_t stands = tick;
+  for (const std::uint64_t ticks : {1, 25, 2}) {
+    const support::RunResult step = Tessera({"instance", "step", id, "--ticks", std::to_string(ticks), "--wait"});
+    ASSERT_EQ(step.exit_code, 0) << step.err;
+    stands += ticks;
+    EXPECT_THAT(step.out, HasSubstr("paused after tick " + std::to_string(stands)));
+    ASSERT_TRUE(PlayUntil("all regions stand there, and players see it", [&] {
+      bool all = true;
+      for (std::uint32_t region = 1; region <= 4; ++region) all = all && ReportOf(region).tick() == stands;
+      const client::Client& client = run_->bots()[0]->client();
+      return all && client.clock().paused && client.tick().value() == stands;
+    }));
+  }
+  EXPECT_THAT(Tessera({"instance", "step", id, "--ticks", "36001"}).err, HasSubstr("--ticks"));
+
   ASSERT_EQ(Tessera({"instance", "resume", id, "--wait"}).exit_code, 0);
+  EXPECT_THAT(Tessera({"instance", "step", id}).err, HasSubstr("is not paused"));
   ASSERT_TRUE(PlayUntil("it goes on", [&] {
     return !run_->bots()[0]->client().clock().paused && run_->bots()[0]->client().tick().value() > tick + 60;
   }));

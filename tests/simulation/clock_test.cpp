@@ -150,6 +150,148 @@ TEST_F(ClockTest, ARegionThatNoOrderReachesIsLeftAloneAndGoesOnWithItsNeighbours
   EXPECT_THAT(deployment.problems(), IsEmpty());
 }
 
+// True once the world stands after this tick, in all regions and by the control plane's word.
+bool AwaitStanding(Deployment& deployment, Tick tick) {
+  return deployment.RunUntil(Milliseconds(20'000), [&] {
+    return IsState(deployment, v1::INSTANCE_STATE_PAUSED) && deployment.instance().changes().empty() &&
+           StandingTick(deployment) == tick;
+  });
+}
+
+TEST_F(ClockTest, APausedWorldMakesAsManyTicksAsItIsToldInEveryRegion) {
+  Deployment deployment(Swarm(20, 60).Build(), {.hosts = 3, .regions = 4});
+  ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+  EXPECT_EQ(deployment.MakeTicks(1).code(), absl::StatusCode::kFailedPrecondition) << "it goes";
+  ASSERT_TRUE(deployment.Pause().ok());
+  EXPECT_EQ(deployment.MakeTicks(1).code(), absl::StatusCode::kFailedPrecondition) << "it goes on for some ticks";
+  ASSERT_TRUE(AwaitState(deployment, v1::INSTANCE_STATE_PAUSED)) << deployment.Standing();
+  Tick tick = StandingTick(deployment);
+  ASSERT_NE(tick, Tick());
+  for (const std::uint32_t ticks : {1u, 1u, 2u, 3u, 7u, 60u, 1u, 400u}) {
+    ASSERT_TRUE(deployment.MakeTicks(ticks).ok()) << ticks;
+    EXPECT_EQ(deployment.MakeTicks(ticks).code(), absl::StatusCode::kFailedPrecondition) << "one at a time";
+    tick = tick + ticks;
+    ASSERT_TRUE(AwaitStanding(deployment, tick)) << ticks << " to " << tick.value() << deployment.Standing();
+    deployment.RunFor(Milliseconds(2000));
+    EXPECT_EQ(StandingTick(deployment), tick);
+  }
+  EXPECT_EQ(LinksDown(deployment), 0u);
+  ASSERT_TRUE(deployment.Pause(false).ok());
+  deployment.RunFor(Milliseconds(1000));
+  EXPECT_GT(deployment.tick(), tick + 30);
+  deployment.Settle();
+  EXPECT_THAT(deployment.problems(), IsEmpty());
+}
+
+// Whether the regions of the host know where the next step ends, and have not heard that it begins.
+bool KnowTheStep(Deployment& deployment, std::uint32_t host) {
+  return std::ranges::all_of(deployment.host(host).workers(), [](const SimulatedWorker* worker) {
+    const worker::RegionRun& run = *worker->core().run();
+    return run.planned() > run.region().map().version() && !run.region().committed();
+  });
+}
+
+// The agent dies some tenths of milliseconds after its regions know where the step ends, later each time: before it has
+// passed on that they know, so that nobody steps; and then before the order to go on has come, so that only neighbours
+// can tell them. Those may have promised to be silent for some ticks, so that a short step is made once the agent is
+// back; a longer one is made at once. In no case does a region make other ticks than those.
+TEST_F(ClockTest, ARegionThatNoOrderReachesMakesTheTicksOfItsNeighboursAndNoMore) {
+  for (const std::uint32_t ticks : {1u, 2u, 30u}) {
+    bool untold_was_left = false;
+    for (int moment = 0; moment < 30; ++moment) {
+      Deployment deployment(Swarm(20, 40).Build(), {});
+      ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+      ASSERT_TRUE(deployment.Pause().ok());
+      ASSERT_TRUE(AwaitState(deployment, v1::INSTANCE_STATE_PAUSED));
+      const Tick tick = StandingTick(deployment);
+      ASSERT_TRUE(deployment.MakeTicks(ticks).ok());
+      ASSERT_TRUE(deployment.RunUntil(Milliseconds(1000), [&] { return KnowTheStep(deployment, 2); }));
+      deployment.RunFor(Micros(100) * moment);
+      deployment.host(2).KillAgent();
+      const bool untold = KnowTheStep(deployment, 2);
+      deployment.RunFor(Milliseconds(5000));
+      bool any_went = false;
+      for (const SimulatedWorker* worker : deployment.Workers()) {
+        const Tick now = worker->region()->tick();
+        EXPECT_TRUE(now == tick || now == tick + ticks) << moment << ": " << now.value() << " from " << tick.value();
+        EXPECT_TRUE(worker->core().run()->clock().paused()) << moment;
+        any_went = any_went || now != tick;
+      }
+      untold_was_left = untold_was_left || (untold && any_went);
+      if (ticks == 30 && any_went) {
+        EXPECT_EQ(StandingTick(deployment), tick + ticks) << moment;
+      }
+      deployment.host(2).StartAgent();
+      ASSERT_TRUE(AwaitStanding(deployment, tick + ticks)) << moment << deployment.Standing();
+      ASSERT_TRUE(deployment.Pause(false).ok());
+      deployment.Settle();
+      EXPECT_THAT(deployment.problems(), IsEmpty()) << moment;
+    }
+    EXPECT_TRUE(untold_was_left) << ticks << ": the others never went without it";
+  }
+}
+
+TEST_F(ClockTest, AStepThatARegionHoldsUpIsCalledOffByGoingOn) {
+  Deployment deployment(Swarm(20, 40).Build(), {});
+  ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+  ASSERT_TRUE(deployment.Pause().ok());
+  ASSERT_TRUE(AwaitState(deployment, v1::INSTANCE_STATE_PAUSED));
+  const Tick tick = StandingTick(deployment);
+  deployment.host(2).KillAgent();
+  ASSERT_TRUE(deployment.MakeTicks(5).ok());
+  deployment.RunFor(Milliseconds(3000));
+  EXPECT_EQ(StandingTick(deployment), tick);
+  ASSERT_TRUE(deployment.Pause(false).ok());
+  deployment.RunFor(Milliseconds(2000));
+  for (const SimulatedWorker* worker : deployment.Workers()) {
+    EXPECT_GT(worker->region()->tick(), tick + 30) << worker->identity().region.value();
+  }
+  deployment.host(2).StartAgent();
+  ASSERT_TRUE(AwaitState(deployment, v1::INSTANCE_STATE_RUNNING));
+  deployment.Settle();
+  EXPECT_THAT(deployment.problems(), IsEmpty());
+  ASSERT_TRUE(deployment.Pause().ok()) << "and it can be paused again";
+  ASSERT_TRUE(AwaitState(deployment, v1::INSTANCE_STATE_PAUSED)) << deployment.Standing();
+  EXPECT_NE(StandingTick(deployment), Tick());
+}
+
+TEST_F(ClockTest, AStepOutlivesTheDeathsOfRegionsAndOfTheControlPlane) {
+  for (int moment = 0; moment < 10; ++moment) {
+    Deployment deployment(Swarm(20, 40).Build(), {.seed = static_cast<std::uint64_t>(moment + 1)});
+    ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+    ASSERT_TRUE(deployment.Pause().ok());
+    ASSERT_TRUE(AwaitState(deployment, v1::INSTANCE_STATE_PAUSED));
+    ASSERT_TRUE(deployment.MakeTicks(20).ok());
+    deployment.RunFor(Milliseconds(60) * moment);
+    deployment.Kill(RegionId(3));
+    ASSERT_TRUE(deployment.RunUntil(Milliseconds(20'000),
+                                    [&] {
+                                      return deployment.instance().failovers() == 1 &&
+                                             IsState(deployment, v1::INSTANCE_STATE_PAUSED) &&
+                                             deployment.instance().changes().empty();
+                                    }))
+        << moment << deployment.Standing();
+    EXPECT_NE(StandingTick(deployment), Tick()) << moment;
+    ASSERT_TRUE(deployment.Pause(false).ok());
+    deployment.Settle();
+    EXPECT_THAT(deployment.problems(), IsEmpty()) << moment;
+    EXPECT_EQ(deployment.bodies(), 40u);
+  }
+  for (int writes = 1; writes <= 3; ++writes) {
+    Deployment deployment(Swarm(20, 30).Build(), {});
+    ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+    ASSERT_TRUE(deployment.Pause().ok());
+    ASSERT_TRUE(AwaitState(deployment, v1::INSTANCE_STATE_PAUSED));
+    const Tick tick = StandingTick(deployment);
+    deployment.control().DieAfterStores(writes);
+    (void)deployment.MakeTicks(20);
+    deployment.RunFor(Milliseconds(1500));
+    if (deployment.control().alive()) deployment.control().Kill();
+    deployment.control().Start();
+    ASSERT_TRUE(AwaitStanding(deployment, tick + 20)) << writes << deployment.Standing();
+  }
+}
+
 TEST_F(ClockTest, AWorldInSlowMotionMakesFewerTicksAndHastensBackAtOnce) {
   Deployment deployment(Swarm(20, 40).Build(), {});
   ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
@@ -196,7 +338,7 @@ std::map<BodyId, BodyState> StatesAt(Deployment& deployment, Tick end) {
   return states;
 }
 
-TEST_F(ClockTest, APauseAndSlowMotionChangeNoBit) {
+TEST_F(ClockTest, APauseStepsAndSlowMotionChangeNoBit) {
   Deployment plain(Swarm(20, 60).Build(), {}), changed(Swarm(20, 60).Build(), {});
   for (Deployment* deployment : {&plain, &changed}) {
     ASSERT_TRUE(deployment->AwaitCalm()) << deployment->Standing();
@@ -204,6 +346,11 @@ TEST_F(ClockTest, APauseAndSlowMotionChangeNoBit) {
   ASSERT_TRUE(changed.Pause().ok());
   ASSERT_TRUE(AwaitState(changed, v1::INSTANCE_STATE_PAUSED));
   changed.RunFor(Milliseconds(777));
+  const Tick stood = StandingTick(changed);
+  for (const std::uint32_t ticks : {1u, 5u}) {
+    ASSERT_TRUE(changed.MakeTicks(ticks).ok());
+    ASSERT_TRUE(AwaitStanding(changed, stood + (ticks == 1 ? 1 : 6)));
+  }
   ASSERT_TRUE(changed.Pause(false).ok());
   ASSERT_TRUE(AwaitState(changed, v1::INSTANCE_STATE_RUNNING));
   ASSERT_TRUE(changed.SetPace(20).ok());

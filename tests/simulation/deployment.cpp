@@ -153,6 +153,15 @@ absl::Status Deployment::Pause(bool paused) {
       .status();
 }
 
+absl::Status Deployment::MakeTicks(std::uint32_t ticks) {
+  v1::ResumeInstanceRequest request;
+  request.set_id(id_);
+  request.set_ticks(ticks);
+  return control_
+      .Call([&](control::Cluster& cluster, control::Now now) { return cluster.ResumeInstance(now, request); })
+      .status();
+}
+
 absl::Status Deployment::SetPace(double ticks_per_second) {
   v1::SetPaceRequest request;
   request.set_id(id_);

@@ -83,6 +83,7 @@ class Deployment {
 
   // --- The world's time and its game, as operators ask for them. Requires that the control plane is alive.
   absl::Status Pause(bool paused = true);
+  absl::Status MakeTicks(std::uint32_t ticks);  // in a paused world
   absl::Status SetPace(double ticks_per_second);
   // Unchecked, as if the control plane's Lua host found nothing. On the hosts of `damaged` it is not what it was.
   absl::Status SetGame(const std::string& game, const std::set<RegionId>& damaged = {});

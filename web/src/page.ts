@@ -124,6 +124,8 @@ export class Page implements SessionListener {
       above: () => this.home(true),
       follow: () => this.toggleFollow(),
       pause: () => this.time.togglePause(),
+      step: () => this.time.stepBy(1),
+      back: () => this.time.stepBy(-1),
       record: () => this.time.toggleRecord(),
       room: () => this.toggleRoom(),
       find: () => this.tools.focusFind(),

@@ -40,6 +40,7 @@ interface Request {
   speed?: number;
   at_s?: number;
   step?: number;
+  ticks?: number;
 }
 
 export class FakeViewer {
@@ -268,6 +269,10 @@ export class FakeViewer {
       case 'pause':
       case 'resume':
         this.world.paused = request.order === 'pause';
+        break;
+      case 'step':
+        if (!this.world.paused) problem = 'it is not paused';
+        else for (let left = request.ticks ?? 0; left > 0; --left) this.world.step();
         break;
       case 'record':
         this.recording = request.on === true;

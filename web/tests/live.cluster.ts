@@ -83,6 +83,13 @@ test('who has the key pauses the world and lets it go on; a page without it is t
   await page.locator('#toasts .ok', { hasText: 'pause' }).waitFor(WAIT);
   await holds('tessera.session.paused');
   await holds('tessera.session.paused', stranger.page);
+  const tick = (await page.evaluate('tessera.session.tick')) as number;
+  await page.getByTitle('One step forward').click();
+  await holds(`tessera.session.paused && tessera.session.tick === ${tick + 1}`);
+  await page.getByLabel('Ticks a step').fill('30');
+  await page.getByTitle('One step forward').click();
+  await holds(`tessera.session.paused && tessera.session.tick === ${tick + 31}`);
+  await holds(`tessera.session.paused && tessera.session.tick === ${tick + 31}`, stranger.page);
   await page.getByRole('button', { name: 'Go on' }).click();
   await holds('!tessera.session.paused');
   await moves(page);
@@ -115,6 +122,36 @@ test('a second gateway shows the same world, and its end is said and harms nobod
 test('a world that is deleted while it is watched says so', async () => {
   await cluster.tessera('instance', 'delete', WORLD);
   await page.locator('#banner', { hasText: `Instance ${WORLD} has ended` }).waitFor(WAIT);
+});
+
+test('a score and a match clock are on the page, and in its recording as they were', async () => {
+  await cluster.tessera('instance', 'create', '--scene', '../games/arena/scene.json', '--game', '../games/arena/game.lua', '--wait');
+  const arena = await open(browser, `${cluster.page}&inst-2`, { size: SMALL });
+  const value = (name: string) => arena.page.locator('#board div', { has: arena.page.locator('dt', { hasText: new RegExp(`^${name}$`) }) }).locator('dd');
+  const shows = (text: string) => value('red').filter({ hasText: new RegExp(`^${text}$`) }).waitFor(WAIT);
+  const score = (red: number) => cluster.tessera('instance', 'set-property', 'inst-2', 'world', 'red', String(red));
+  await score(3);
+  await shows('3');
+  assert.match(await value('seconds left').innerText(), /^[0-9]+:[0-9]{2}$/);
+  await arena.page.getByRole('button', { name: 'Record' }).click();
+  await arena.page.getByRole('button', { name: 'Stop recording' }).waitFor(WAIT);
+  await score(4);
+  await shows('4');
+  const clock = await value('seconds left').innerText();
+  await value('seconds left').filter({ hasNotText: clock }).waitFor(WAIT);
+  await arena.page.getByRole('button', { name: 'Stop recording' }).click();
+  await arena.page.locator('#time a[href^="#play/"]').click(WAIT);
+  await holds('tessera.session.play !== null', arena.page);
+  await arena.page.getByRole('button', { name: 'Pause' }).click();
+  const slider = arena.page.getByLabel('Place in the recording');
+  await slider.fill('0');
+  await shows('3');
+  await slider.fill(await slider.getAttribute('max') ?? '');
+  await shows('4');
+  await slider.fill('0');
+  await shows('3');
+  assert.deepEqual(arena.complaints, { errors: [], foreign: [] });
+  await arena.page.context().close();
 });
 
 test('the page asked nobody else and complained of nothing', () => {

@@ -218,8 +218,27 @@ test('the right stick turns the camera', async () => {
   await stick(0);
 });
 
-test('a live world has no steps', async () => {
-  assert.equal(await page.getByTitle('One step forward').isVisible(), false);
+test('a world that goes has no steps, and one that is paused makes as many as are asked for', async () => {
+  const step = page.getByTitle('One step forward');
+  assert.equal(await step.isVisible(), false);
+  await page.getByRole('button', { name: 'Pause' }).click();
+  await step.waitFor(WAIT);
+  assert.equal(await page.getByTitle('One step back').isVisible(), false);
+  const begin = gateway.world.tick;
+  const there = (ticks: number) => page.waitForFunction(`tessera.session.tick === ${begin + ticks}`, undefined, WAIT);
+  await step.click();
+  await there(1);
+  await page.getByLabel('Ticks a step').fill('20');
+  await page.locator('#world').focus();
+  await page.keyboard.press('Period');
+  await there(21);
+  await page.getByLabel('Ticks a step').fill('0');
+  await step.click();
+  assert.equal(await page.getByLabel('Ticks a step').evaluate((input) => (input as HTMLInputElement).validity.valid), false);
+  assert.equal(gateway.world.tick, begin + 21, 'none is no step');
+  await page.getByLabel('Ticks a step').fill('1');
+  await page.getByRole('button', { name: 'Go on' }).click();
+  await step.waitFor({ state: 'hidden', ...WAIT });
 });
 
 test('a player drives, and a second page sees it', async () => {

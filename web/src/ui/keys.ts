@@ -7,6 +7,8 @@ export interface KeyActions {
   above(): void;
   follow(): void;
   pause(): void;
+  step(): void;
+  back(): void;
   record(): void;
   room(): void;
   find(): void;
@@ -19,6 +21,8 @@ const ACTIONS: Record<string, keyof KeyActions> = {
   KeyT: 'above',
   KeyF: 'follow',
   KeyP: 'pause',
+  Period: 'step',
+  Comma: 'back',
   KeyR: 'record',
   KeyM: 'room',
   KeyC: 'colour',

@@ -10,6 +10,7 @@ export class TimeBar {
   readonly element = h('footer', { id: 'time', role: 'group', 'aria-label': 'Time' });
   private readonly pause = h('button', { class: 'play', title: 'Pause or go on (P)' }, '❚❚');
   private readonly step = h('button', { title: 'One step forward' }, '▸|');
+  private readonly ticks = h('input', { type: 'number', min: 1, max: 36000, value: 1, 'aria-label': 'Ticks a step' });
   private readonly back = h('button', { title: 'One step back' }, '|◂');
   private readonly slider = h('input', { type: 'range', min: 0, max: 1, step: 0.01, 'aria-label': 'Place in the recording' });
   private readonly at = h('output');
@@ -42,13 +43,13 @@ export class TimeBar {
       this.send({ type: 'play', at_s: Number(this.slider.value) });
     });
     this.slider.addEventListener('change', () => (this.dragging = false));
-    this.element.append(this.pause, this.back, this.step, this.slider, this.at, this.speed, this.record, this.note, this.correction);
+    this.element.append(this.pause, this.back, this.step, this.ticks, this.slider, this.at, this.speed, this.record, this.note, this.correction);
     this.setReplay(false);
   }
 
   setReplay(replay: boolean): void {
     this.replay = replay;
-    for (const element of [this.back, this.step, this.slider, this.speed]) element.hidden = !replay;
+    for (const element of [this.back, this.slider, this.speed]) element.hidden = !replay;
     this.record.hidden = replay;
     this.showPaused(false);
     setText(this.note, '');
@@ -64,8 +65,10 @@ export class TimeBar {
     if (!this.replay) this.order('record', { on: !this.recording });
   }
 
-  private stepBy(steps: number): void {
-    this.send({ type: 'play', paused: true, step: steps });
+  // A recording goes by one tick, a paused world by as many as are asked for.
+  stepBy(steps: number): void {
+    if (this.replay) this.send({ type: 'play', paused: true, step: steps });
+    else if (steps > 0 && this.paused && this.ticks.reportValidity()) this.order('step', { ticks: Number(this.ticks.value) });
   }
 
   showCorrection(text: string): void {
@@ -78,6 +81,8 @@ export class TimeBar {
 
   showPaused(paused: boolean): void {
     this.paused = paused;
+    this.step.hidden = !this.replay && !paused;
+    this.ticks.hidden = this.replay || !paused;
     setText(this.pause, paused ? '▶' : '❚❚');
     this.pause.setAttribute('aria-label', paused ? 'Go on' : 'Pause');
   }
