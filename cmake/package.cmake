@@ -50,7 +50,7 @@ tessera_package(tessera-cli RECOMMENDS "tessera-control, tessera-agent, tessera-
 tessera_package(sdk NAME libtessera-client-dev
   TEXT "The client library that games embed: C and C++ interface, CMake package, examples, and the protocol for backends.")
 set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libdevel)
-tessera_package(game NAME libtessera-game-dev
+tessera_package(game NAME libtessera-game-dev DEPENDS "libtessera-client-dev"
   TEXT "Headers for game logic in C and C++: the interface between a region worker and a native game module.")
 set(CPACK_DEBIAN_GAME_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_GAME_PACKAGE_SHLIBDEPS OFF)

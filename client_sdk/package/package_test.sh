@@ -15,7 +15,7 @@ fail() { echo "package_test: $*" >&2; exit 1; }
 "$cmake" --install "$build" --prefix "$work/prefix" --component sdk >"$work/install.log" || { cat "$work/install.log"; fail "install"; }
 # Public headers and nothing else; no type of the libraries inside.
 headers=$(cd "$work/prefix" && find . -name '*.h' -o -name '*.hpp' | sort | tr '\n' ' ')
-[[ $headers == "./include/tessera/connect.h ./include/tessera/connect.hpp ./include/tessera/local.h ./include/tessera/local.hpp ./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
+[[ $headers == "./include/tessera/connect.h ./include/tessera/connect.hpp ./include/tessera/local.h ./include/tessera/local.hpp ./include/tessera/movement.h ./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
 ! grep -nE '\bbt[A-Z]|protobuf|ENet|absl|grpc' "$work"/prefix/include/tessera/* || fail "a header names what is inside"
 # Nothing can be seen but the C interface.
 library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/libtessera-client.so | tr ' ' '\n' | grep -v '[*]' | head -n 1)
