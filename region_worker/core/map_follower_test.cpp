@@ -66,7 +66,7 @@ TEST_F(MapFollowerTest, ACommitThatComesTooLateIsRefusedOnce) {
 
 TEST_F(MapFollowerTest, WhereTheWorldStandsAMapIsCommittedHoweverNearItsTickIs) {
   Follow(Planned(2, Tick(20), false));
-  rig.StepTo(Tick(19));
+  rig.StepTo(Tick(18));
   Follow(Planned(2, Tick(20), true), true);
   EXPECT_TRUE(rig.region.committed());
   EXPECT_EQ(maps.refused(), MapVersion());

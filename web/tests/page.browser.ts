@@ -265,7 +265,7 @@ test('a player drives, and a second page sees it', async () => {
 
 test('an order’s answer is shown', async () => {
   await page.getByRole('button', { name: 'Checkpoint' }).click();
-  await page.locator('#toasts .ok').waitFor(WAIT);
+  await page.locator('#toasts .ok', { hasText: 'checkpoint' }).waitFor(WAIT);
   await page.getByRole('button', { name: 'Scale' }).click();
   await page.locator('#toasts .bad').waitFor(WAIT);
 });
