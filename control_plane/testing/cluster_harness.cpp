@@ -181,6 +181,15 @@ std::string Start(ClusterHarness& harness, std::uint32_t regions, bool balance) 
   return id;
 }
 
+absl::StatusOr<v1::Instance> Scale(ClusterHarness& harness, const std::string& id, std::uint32_t regions,
+                                   bool dry_run) {
+  v1::ScaleInstanceRequest request;
+  request.set_id(id);
+  request.set_regions(regions);
+  request.set_validate_only(dry_run);
+  return harness.cluster().ScaleInstance(harness.now, request);
+}
+
 v1::JoinInstanceRequest JoinRequest(const std::string& id, const std::string& name) {
   v1::JoinInstanceRequest request;
   request.set_instance_id(id);
@@ -193,6 +202,15 @@ std::uint32_t StandbyOf(const v1::Instance& instance, std::uint32_t region) {
     if (entry.id() == region) return entry.standby();
   }
   return 0;
+}
+
+void ExpectSettled(ClusterHarness& harness, const std::string& id, int regions) {
+  const v1::Instance instance = harness.Get(id);
+  EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_RUNNING) << instance.reason();
+  EXPECT_EQ(instance.map().regions_size(), regions);
+  EXPECT_EQ(harness.Workers(), static_cast<std::size_t>(regions));
+  EXPECT_TRUE(instance.changes().empty()) << instance.changes(0).text();
+  for (const v1::Cell& cell : instance.map().cells()) EXPECT_EQ(cell.from(), 0u);
 }
 
 void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions) {

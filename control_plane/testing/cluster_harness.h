@@ -79,10 +79,14 @@ class ClusterHarness {
 std::string Create(ClusterHarness& harness, const InstancePlan& plan);
 // Creates one of so many regions and waits until it runs.
 std::string Start(ClusterHarness& harness, std::uint32_t regions, bool balance = false);
+absl::StatusOr<v1::Instance> Scale(ClusterHarness& harness, const std::string& id, std::uint32_t regions,
+                                   bool dry_run = false);
 v1::JoinInstanceRequest JoinRequest(const std::string& id, const std::string& name = "ann");
 // The region's standby, or 0.
 std::uint32_t StandbyOf(const v1::Instance& instance, std::uint32_t region);
 
+// The instance runs by a map of so many regions, each with its worker, and nothing of it is to be changed any more.
+void ExpectSettled(ClusterHarness& harness, const std::string& id, int regions);
 // Live workers own all bodies of that many regions' begin, each of them once.
 void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions);
 // No worker was started twice under one incarnation.
