@@ -114,6 +114,10 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
         return "prediction corrected by " + event.detail;
       case Kind::kMovementMissing:
         return "not predicted: " + event.detail;
+      case Kind::kSpawnTaken:
+        return body + " takes the place of what was predicted, " + event.detail;
+      case Kind::kSpawnLost:
+        return "what was predicted is gone: " + event.detail;
     }
     return "?";
   };

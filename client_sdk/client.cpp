@@ -127,6 +127,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   }
   me.Receive(now);
   me.Correct();
+  me.TellOfThrown(now);
   if (me.state != ClientState::kEnded) {
     me.ReadScene(now);
   }
@@ -199,7 +200,11 @@ const std::map<BodyId, SeenBody>& Client::World() const { return impl_->world.bo
 const BodyDef* Client::DefOf(BodyId body) const {
   const Scene& scene = *impl_->session.scene;
   if (IsPlayerBody(body)) return scene.player ? &scene.player->body : nullptr;
-  if (IsSpawned(body)) return PrefabBodyOf(scene, body);
+  if (IsSpawned(body)) {
+    SpawnedId made = PartsOf(body);
+    if (made.maker == kMadeHere) made.maker = 1;  // it looks as the game's will
+    return PrefabBodyOf(scene, SpawnedBodyId(made));
+  }
   const auto found = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), body,
                                       [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
   return found == scene.bodies.end() || found->id != body ? nullptr : &*found;

@@ -37,6 +37,7 @@
 #include "client_sdk/stats.h"
 #include "core/world/body_tuning.h"
 #include "core/world/partition_map.h"
+#include "core/world/prefab.h"
 #include "core/world/properties.h"
 #include "core/world/scene.h"
 #include "net/credential.h"
@@ -133,8 +134,12 @@ struct ClientEvent {
     // The world moves the own body by a function of its game that this program does not have, or not in that version:
     // it is shown as the server has it. body, detail: which one, and which one is here.
     kMovementMissing,
+    // The game has made what PredictSpawn showed: body, from now on, region, other: as it was called until then, detail
+    // and off_m: how far the two were apart, which is blended away.
+    kSpawnTaken,
+    kSpawnLost,  // body: as PredictSpawn called it, which is gone: the game did not make it, or not in time; detail
   };
-  static constexpr Kind kLastKind = Kind::kMovementMissing;
+  static constexpr Kind kLastKind = Kind::kSpawnLost;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`, where they are a pair
@@ -145,6 +150,7 @@ struct ClientEvent {
   std::optional<MeetingPoint> contact{};  // nothing for a pair that met before this client came
   bool since_before =
       false;  // for a pair that begins: it touched or overlapped already when the region was connected to
+  double off_m = 0;
 };
 
 // How the world's time goes. A tick is as long in the world's own time at each pace, so fewer of them are slow motion.
@@ -188,6 +194,13 @@ struct Steering {
   Vec2f move;                        // x right, y forward, at most 1 long
   float yaw_rad = 0, pitch_rad = 0;  // yaw about +y, 0 along -z, to the left; pitch up
   std::uint32_t buttons = 0;
+};
+
+// A body that the game is to make, and that this client shows at once: what the player throws.
+struct SpawnAsk {
+  std::string_view prefab;  // one that has one body
+  SpawnMotion motion{};     // as the game makes it
+  bool from_own = false;    // the position counts from the own body's centre of mass
 };
 
 struct Session;
@@ -289,6 +302,14 @@ class Client {
   // taken it for good: exactly once, and in the order of calls. Errors: INVALID_ARGUMENT, RESOURCE_EXHAUSTED (64 wait
   // already), FAILED_PRECONDITION (it has ended, or is a recording).
   absl::Status Send(std::string_view bytes);
+  // The same, by a command for which the game makes a body with `predicted`: that body is shown at once, under the id
+  // that is returned, simulated as the own body is. kSpawnTaken says under which id it goes on, kSpawnLost that it does
+  // not. The game gets the command when the next input has acted. Errors, with which nothing is sent: those of Send,
+  // NOT_FOUND naming the prefab, INVALID_ARGUMENT naming the field (`position` is at most 20 m from the own body),
+  // RESOURCE_EXHAUSTED (kMaxPredictedSpawns are shown already), FAILED_PRECONDITION (nothing is predicted, or not yet,
+  // or the world is paused).
+  absl::StatusOr<BodyId> PredictSpawn(const SpawnAsk& ask, std::string_view command);
+  static constexpr std::size_t kMaxPredictedSpawns = 16;
   // The events that the game sent this player since the last call, each once and in order.
   std::vector<GameEvent> TakeGameEvents();
   // Where the player looks from while its body is out of the world; nothing while it plays.

@@ -138,6 +138,9 @@ struct Client::Impl {
   // Adds the bodies with paths, which no region sends, where they are at `tick`.
   void ShowOnPaths(double tick, std::vector<ShownBody>& shown) const;
   void ShowPredicted(TimePoint now, std::vector<ShownBody>& shown);
+  // Shows what the player has thrown, and not yet the server's bodies that take its place.
+  void ShowThrown(std::vector<ShownBody> thrown, std::vector<ShownBody>& shown) const;
+  void TellOfThrown(TimePoint now);
   void SendInputs(TimePoint now);
   void Push(const PlayerInput& asked);
   bool IsSteering() const;

@@ -1,5 +1,7 @@
 // Sending: inputs at the world's tick rate, each in a few datagrams, along with acknowledgements.
 #include <algorithm>
+#include <cstdio>
+#include <utility>
 
 #include "client_sdk/blend.h"
 #include "client_sdk/client_impl.h"
@@ -46,7 +48,8 @@ void Client::Impl::MakeInputs(TimePoint now) {
   const bool ending = goes_on && last_steering_input != 0 && next_input - last_steering_input < kEndingInputs;
   const bool steers = IsSteering() || ending;
   const auto own = world.bodies().find(Own());
-  const bool predicted = predictor && own != world.bodies().end() && !AtRest(own->second.state);
+  const bool moves = predictor && own != world.bodies().end() && !AtRest(own->second.state);
+  const bool predicted = moves || (predictor && predictor->NeedsInputs());
   if (!started || clock.paused || (!steers && !predicted)) {
     input_clock.Stop();
     return;
@@ -106,13 +109,50 @@ void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
   const double silent_s = std::chrono::duration<double>(now - own_heard_at).count();
   const bool stale = !clock.paused && silent_s * clock.ticks_per_second > kStaleAfter_ticks;
   auto at = shown.begin();
+  std::vector<ShownBody> thrown;
   for (const PredictedBody& body : predictor->At(now, input_clock.Phase(now))) {
+    if (body.thrown) {
+      thrown.push_back({.id = body.id, .pose = body.pose, .extrapolated = stale, .predicted = !stale});
+      continue;
+    }
     while (at != shown.end() && at->id < body.id) ++at;
-    if (at == shown.end()) return;
-    if (at->id != body.id) continue;
+    if (at == shown.end() || at->id != body.id) continue;
     at->pose = Between(at->pose, body.pose, body.weight);
     at->predicted = body.weight > 0.5 && !stale;
     at->extrapolated = at->extrapolated || stale;
+  }
+  if (predictor->thrown() > 0) ShowThrown(std::move(thrown), shown);
+}
+
+void Client::Impl::ShowThrown(std::vector<ShownBody> thrown, std::vector<ShownBody>& shown) const {
+  std::erase_if(shown, [this](const ShownBody& body) {
+    if (!IsSpawned(body.id)) return false;
+    const auto seen = world.bodies().find(body.id);
+    return seen != world.bodies().end() && predictor->Awaits(seen->second.tuning);
+  });
+  const auto of_server = std::ssize(shown);
+  shown.insert(shown.end(), thrown.begin(), thrown.end());
+  std::ranges::inplace_merge(shown, shown.begin() + of_server, {}, &ShownBody::id);
+}
+
+void Client::Impl::TellOfThrown(TimePoint now) {
+  if (!predictor) return;
+  predictor->ExpireThrown(now);
+  for (const ThrownNews& news : predictor->TakeThrown()) {
+    if (news.body == BodyId()) {
+      events.push_back({.kind = ClientEvent::Kind::kSpawnLost,
+                        .body = news.thrown,
+                        .detail = "the game has not made it, or not in time"});
+      continue;
+    }
+    char metres[32];
+    std::snprintf(metres, sizeof(metres), "%.3f m off", news.off_m);
+    events.push_back({.kind = ClientEvent::Kind::kSpawnTaken,
+                      .body = news.body,
+                      .other = news.thrown,
+                      .region = world.OwnerOf(news.body).value_or(RegionId()),
+                      .detail = metres,
+                      .off_m = news.off_m});
   }
 }
 

@@ -1,10 +1,17 @@
 // This file carries commands of the player up to the game, and events of the game down to the player.
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
+#include "core/game/settings.h"
 #include "core/game/value.h"
+#include "core/world/limits.h"
+#include "core/world/prefab.h"
 
 namespace tessera::client {
 namespace {
@@ -17,6 +24,31 @@ absl::StatusOr<GameEvent> EventFrom(const replication::EventOfGame& sent) {
   event.name = sent.name;
   for (auto& [name, value] : *fields) event.values.emplace_back(std::move(name), std::move(value));
   return event;
+}
+
+// A body that was thrown waits so much longer than a round trip for the server's.
+constexpr std::chrono::milliseconds kAwaited{500};
+
+// Ground is known about the own body.
+constexpr double kMostFromOwn_m = 20;
+
+// Names the field that the game's own function would refuse; empty: none.
+std::string WrongIn(const SpawnAsk& ask, const Prefab& prefab) {
+  const SpawnMotion& motion = ask.motion;
+  if (prefab.bodies.size() != 1) {
+    return absl::StrCat("prefab: \"", prefab.name, "\" has ", prefab.bodies.size(),
+                        " bodies, and one can be predicted");
+  }
+  if (!IsFinite(motion.position)) return "position: is not finite";
+  // Written so that a NaN fails.
+  if (!(std::abs(Length(motion.rotation) - 1) <= kUnitTolerance)) return "orientation: is not of length 1";
+  if (!(Length(motion.velocity_m_s) <= game::kMaxGameSpeed_m_s)) {
+    return absl::StrCat("velocity: is not finite, or above ", game::kMaxGameSpeed_m_s, " m/s");
+  }
+  if (!(Length(motion.spin_rad_s) <= kMaxAngularSpeed_rad_s)) {
+    return absl::StrCat("spin: is not finite, or above ", kMaxAngularSpeed_rad_s, " rad/s");
+  }
+  return "";
 }
 
 }  // namespace
@@ -99,6 +131,43 @@ absl::Status Client::Send(std::string_view bytes) {
   if (impl_->Watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
   return impl_->commands.Push(bytes, ShownAt(impl_->shown_tick));
+}
+
+absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_view command) {
+  Impl& me = *impl_;
+  if (me.replay) return absl::FailedPreconditionError("a recording takes no commands");
+  if (me.Watches()) return absl::FailedPreconditionError("a viewer sends no commands");
+  if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  const std::vector<Prefab>& prefabs = me.session.scene->prefabs;
+  const auto prefab = std::ranges::find(prefabs, ask.prefab, &Prefab::name);
+  if (prefab == prefabs.end()) {
+    return absl::NotFoundError(
+        absl::StrCat("prefab: the scene has no \"", std::string(ask.prefab.substr(0, 63)), "\""));
+  }
+  if (const std::string wrong = WrongIn(ask, *prefab); !wrong.empty()) {
+    return absl::InvalidArgumentError(wrong);
+  }
+  const auto own = me.world.bodies().find(me.Own());
+  const std::optional<std::uint32_t> number = me.commands.next();
+  if (own == me.world.bodies().end() || !me.predictor || !me.predictor->running() || !number || !me.last_poll) {
+    return absl::FailedPreconditionError("nothing is predicted here, or not yet");
+  }
+  const Vec3d from_own = ask.from_own ? ask.motion.position : ask.motion.position - own->second.state.position;
+  if (!(Length(from_own) <= kMostFromOwn_m)) {
+    return absl::InvalidArgumentError(absl::StrCat("position: is more than ", kMostFromOwn_m, " m from the own body"));
+  }
+  if (me.clock.paused) return absl::FailedPreconditionError("the world is paused");
+  if (me.predictor->thrown() >= kMaxPredictedSpawns) {
+    return absl::ResourceExhaustedError(absl::StrCat(kMaxPredictedSpawns, " bodies are predicted already"));
+  }
+  const absl::Status sent = me.commands.Push(command, ShownAt(me.shown_tick), me.next_input);
+  if (!sent.ok()) return sent;
+  const std::chrono::duration<double> round_trip(me.Stats().round_trip_s);
+  const TimePoint until = *me.last_poll + kAwaited + std::chrono::duration_cast<Clock::duration>(round_trip);
+  SpawnAsk made = ask;
+  made.motion.rotation = Normalized(ask.motion.rotation);
+  const auto place = static_cast<std::size_t>(prefab - prefabs.begin());
+  return me.predictor->Throw(made, place, {me.session.player, *number}, me.next_input, until);
 }
 
 std::vector<GameEvent> Client::TakeGameEvents() { return impl_->inbox.TakeAll(); }

@@ -7,7 +7,7 @@
 
 namespace tessera::client {
 
-absl::Status CommandQueue::Push(std::string_view bytes, std::uint64_t shown_at) {
+absl::Status CommandQueue::Push(std::string_view bytes, std::uint64_t shown_at, std::uint32_t with_input) {
   if (bytes.size() > replication::kMaxCommandBytes) {
     return absl::InvalidArgumentError(
         absl::StrCat("bytes: ", bytes.size(), " are more than ", replication::kMaxCommandBytes));
@@ -15,7 +15,8 @@ absl::Status CommandQueue::Push(std::string_view bytes, std::uint64_t shown_at) 
   if (pending_.size() >= kMaxPending) {
     return absl::ResourceExhaustedError(absl::StrCat(kMaxPending, " commands wait to be taken already"));
   }
-  pending_.push_back({std::string(bytes), shown_at});
+  pending_.push_back({std::string(bytes), shown_at, with_input});
+  if (with_input != 0) hurry_ = kHurried + 1;
   return absl::OkStatus();
 }
 
@@ -39,18 +40,22 @@ void CommandQueue::Drop(std::uint32_t number) {
 bool CommandQueue::Due(TimePoint now) const {
   if (begun_ && sent_ < pending_.size()) return true;
   const bool waits = begun_ && !pending_.empty();
-  return (waits || acknowledgements_due_ > 0) && (!sent_at_ || now - *sent_at_ >= kRepeat);
+  const std::chrono::milliseconds repeat = waits && hurry_ > 0 ? kHurry : kRepeat;
+  return (waits || acknowledgements_due_ > 0) && (!sent_at_ || now - *sent_at_ >= repeat);
 }
 
 std::vector<std::uint8_t> CommandQueue::Write(TimePoint now, std::uint32_t last_event) {
   replication::CommandMessage message{last_event, base_, {}};
   if (begun_) {
-    for (const Pending& command : pending_) message.commands.emplace_back(command.bytes, command.shown_at);
+    for (const Pending& command : pending_) {
+      message.commands.emplace_back(command.bytes, command.shown_at, command.with_input);
+    }
   }
   const std::size_t fit = replication::CommandsThatFit(message.commands);
   message.commands.erase(message.commands.begin() + static_cast<std::ptrdiff_t>(fit), message.commands.end());
   sent_ = pending_.size();  // those that did not fit go when the first are taken, or with the next repetition
   sent_at_ = now;
+  hurry_ = std::max(0, hurry_ - 1);
   acknowledgements_due_ = std::max(0, acknowledgements_due_ - 1);
   return replication::EncodeCommands(message);
 }

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <optional>
+
 #include "core/replication/command.h"
 
 namespace tessera::client {
@@ -79,6 +81,27 @@ TEST_F(CommandQueueTest, SaysAFewTimesThatEventsAreHere) {
     now += CommandQueue::kRepeat;
   }
   EXPECT_FALSE(queue.Due(now));
+}
+
+TEST_F(CommandQueueTest, OneThatGoesWithAnInputIsRepeatedAsSoonAsThatIs) {
+  EXPECT_FALSE(queue.next().has_value()) << "no region has spoken";
+  queue.Taken(0);
+  const std::optional<std::uint32_t> number = queue.next();
+  ASSERT_TRUE(number.has_value());
+  ASSERT_TRUE(queue.Push("throw", 0, 9).ok());
+  EXPECT_THAT(Written(), ElementsAre("throw"));
+  EXPECT_EQ(base, *number);
+  EXPECT_EQ(queue.next(), *number + 1);
+  for (int i = 0; i < CommandQueue::kHurried; ++i) {
+    EXPECT_FALSE(queue.Due(now));
+    now += CommandQueue::kHurry;
+    ASSERT_TRUE(queue.Due(now));
+    EXPECT_THAT(Written(), ElementsAre("throw"));
+  }
+  now += CommandQueue::kHurry;
+  EXPECT_FALSE(queue.Due(now)) << "then as all others";
+  now += CommandQueue::kRepeat;
+  EXPECT_TRUE(queue.Due(now));
 }
 
 }  // namespace

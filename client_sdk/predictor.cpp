@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "absl/strings/str_cat.h"
@@ -24,11 +25,15 @@ constexpr double kBlend_s = 0.1;
 constexpr double kTeleport_m = 3;
 // In which a body that is touched, or let go, comes from one time to the other.
 constexpr double kChange_s = 0.15;
+// In which a body that was thrown goes back to the time of all others: so slowly that it is not seen to brake.
+constexpr double kLetGo_s = 1.5;
 // The physics' coarse stages count from an origin; further away it is moved.
 constexpr double kMaxFromOrigin_m = 1000;
 // Ground is needed so far about the own body, beyond its own radius: for what stands beside it, and for where all of
 // that gets to in the ticks that are simulated.
 constexpr double kGroundBeyond_m = 2, kGroundHorizon_s = 2 * kHorizon_s, kMostGround_m = 60;
+// And so far while something that was thrown is shown ahead: twice that is built.
+constexpr double kGroundOfThrown_m = 16;
 
 // The wire rounds orientations; a character that leans by that would stand elsewhere.
 void StandUpright(BodyState& state) {
@@ -128,6 +133,7 @@ MovementState Predictor::MovementAt(Tick tick, std::uint32_t last_input) const {
 }
 
 void Predictor::Forget() {
+  DropThrown();
   base_tick_.reset();
   inputs_.clear();
   simulated_ = 0;
@@ -142,6 +148,7 @@ void Predictor::Forget() {
 
 // The own body stands where nothing of the ground is known yet.
 void Predictor::Pause() {
+  DropThrown();
   base_tick_.reset();
   simulated_ = 0;
   for (const auto& [id, body] : bodies_) {
@@ -158,7 +165,8 @@ double Predictor::GroundReach(const BodyState& own) const {
 
 void Predictor::Prepare(const BodyState& own, WorkBudget& budget) {
   if (world_ == nullptr) Begin(own.position);
-  ground_.Work(*world_, own.position, GroundReach(own), budget);
+  const double reach = GroundReach(own);
+  ground_.Work(*world_, own.position, NeedsInputs() ? std::max(reach, kGroundOfThrown_m) : reach, budget);
 }
 
 bool Predictor::HasGround(const BodyState& own) {
@@ -197,6 +205,7 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   base_region_ = own->second.region;
   movement_now_ = MovementAt(tick, last_input);
   movement_after_.clear();
+  TakeOver(bodies, shown);
   Choose(bodies);
   Place(tick, bodies);
   Simulate();
@@ -212,6 +221,8 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
     const auto counted = jumps.find(id);
     const bool jumped = counted != jumps.end() && counted->second != jumps_.at(id);
     if (jumped || Length(body.offset) > kTeleport_m) body.offset = Vec3d(), body.turn = Quatd();
+    const auto taken = std::ranges::find(thrown_news_, id, &ThrownNews::body);
+    if (taken != thrown_news_.end() && taken->off_m == 0) taken->off_m = Length(gap);
     if (jumped || id != own_def_.id) continue;
     last_correction_m_ = correction.off_m = Length(gap);
     if (last_correction_m_ > kNotable_m) NoteCorrection(correction, met);
@@ -243,14 +254,18 @@ BodyId Predictor::Met() const {
 
 // Assemblies are simulated along whole, since a joint without its other end is another body.
 void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
-  const BodyState& own = bodies.at(own_def_.id).state;
+  const std::vector<BodyState> centres = Centres(bodies);
   const double own_radius = RadiusOf(*own_def_.shape);
   std::vector<std::pair<double, BodyId>> near;
   for (const auto& [id, seen] : bodies) {
     const BodyDef* def = DefOf(id);
     if (def == nullptr || id == own_def_.id) continue;
-    const double gap = Length(seen.state.position - own.position) - own_radius - RadiusOf(*def->shape);
-    if (gap < kReach_m + kHorizon_s * (Speed(own) + Speed(seen.state))) near.emplace_back(gap, id);
+    double least = std::numeric_limits<double>::infinity();
+    for (const BodyState& centre : centres) {
+      const double gap = Length(seen.state.position - centre.position) - own_radius - RadiusOf(*def->shape);
+      if (gap < kReach_m + kHorizon_s * (Speed(centre) + Speed(seen.state))) least = std::min(least, gap);
+    }
+    if (std::isfinite(least)) near.emplace_back(least, id);
   }
   std::sort(near.begin(), near.end());
   if (near.size() > kMaxPredictedBodies) near.resize(kMaxPredictedBodies);
@@ -259,6 +274,9 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
     for (const BodyId part : catalog_.AssemblyOf(id)) {
       if (bodies.contains(part)) chosen.insert(part);
     }
+  }
+  for (const auto& [id, body] : bodies_) {
+    if (body.thrown && (bodies.contains(id) || FindThrown(id) != nullptr)) chosen.insert(id);
   }
 
   for (auto body = bodies_.begin(); body != bodies_.end();) {
@@ -271,7 +289,9 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
   }
   for (const BodyId id : chosen) bodies_.try_emplace(id);
   jumps_.clear();
-  for (const BodyId id : chosen) jumps_[id] = bodies.at(id).jumps;
+  for (const BodyId id : chosen) {
+    if (const auto seen = bodies.find(id); seen != bodies.end()) jumps_[id] = seen->second.jumps;
+  }
 }
 
 void Predictor::Begin(Vec3d near) {
@@ -312,6 +332,7 @@ void Predictor::Tune(const BodyDef& def, const SeenBody& seen) {
 
 void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
   for (auto& [id, body] : bodies_) {
+    if (!bodies.contains(id)) continue;  // one that was thrown
     const SeenBody& seen = bodies.at(id);
     BodyState state = seen.state;
     if (IsPlayerBody(id) && catalog_.scene().player->character.has_value()) StandUpright(state);
@@ -345,12 +366,16 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
     });
   }
   own_now_ = bodies_.at(own_def_.id).now;
+  for (Thrown& thrown : thrown_) PlaceThrown(thrown);
 }
 
 void Predictor::Simulate() {
   simulated_ = 0;
-  for (auto& [id, body] : bodies_) body.touched = id == own_def_.id;
-  for (auto& [id, body] : on_paths_) body.touched = false;
+  for (auto& [id, body] : bodies_) {
+    body.touched = id == own_def_.id;
+    body.ahead = body.touched || body.thrown;
+  }
+  for (auto& [id, body] : on_paths_) body.touched = body.ahead = false;
   const std::size_t ticks = std::min(inputs_.size(), kMaxTicks);
   for (std::size_t i = 0; i < ticks; ++i) Step(inputs_[i]);
 }
@@ -396,31 +421,40 @@ physics::CharacterDrive Predictor::DriveOf(BodyId id, const Body& body, const Pl
 
 void Predictor::Step(const PlayerInput& input) {
   std::map<BodyId, physics::CharacterDrive> drives;
-  for (const auto& [id, body] : bodies_) drives.emplace(id, DriveOf(id, body, input));
+  for (const auto& [id, body] : bodies_) {
+    if (world_->Has(id)) drives.emplace(id, DriveOf(id, body, input));
+  }
   for (const auto& [id, drive] : drives) world_->ApplyForce(id, drive.force_n, drive.torque_nm);
   world_->Step(tick_s_);
   FollowPaths(*base_tick_ + (simulated_ + 1));
   for (auto& [id, body] : bodies_) {
+    if (!world_->Has(id)) continue;
     body.before = body.now;
     body.now = world_->StateOf(id);
   }
   own_now_ = bodies_.at(own_def_.id).now;
   ++simulated_;
   NoteTouched();
+  NoteThrown(input.number);
 }
 
-// Marks the bodies that the own body touches, and those that they touch in turn.
 void Predictor::NoteTouched() {
+  Spread(&Body::touched);
+  Spread(&Body::ahead);
+}
+
+// Marks the bodies that a marked one touches, and those that they touch in turn.
+void Predictor::Spread(bool Body::*mark) {
   for (bool more = true; more;) {
     more = false;
     for (const physics::Contact& contact : world_->contacts()) {
       for (const BodyId id : {contact.body_a, contact.body_b}) {
-        if (const auto path = on_paths_.find(id); path != on_paths_.end()) path->second.touched |= IsOwn(contact);
+        if (const auto path = on_paths_.find(id); path != on_paths_.end()) path->second.*mark |= IsOwn(contact);
       }
       const auto a = bodies_.find(contact.body_a), b = bodies_.find(contact.body_b);
-      if (a == bodies_.end() || b == bodies_.end() || a->second.touched == b->second.touched) continue;
+      if (a == bodies_.end() || b == bodies_.end() || a->second.*mark == b->second.*mark) continue;
       if (contact.depth_m < 0 && contact.impulse_on_b == Vec3f()) continue;
-      a->second.touched = b->second.touched = more = true;
+      a->second.*mark = b->second.*mark = more = true;
     }
   }
 }
@@ -441,11 +475,18 @@ std::vector<PredictedBody> Predictor::At(TimePoint now, double phase) {
   const auto show = [&](BodyId id, Body& body) {
     body.offset *= kept;
     body.turn = Share(body.turn, kept);
-    const double change = passed_s / kChange_s;
-    body.weight = std::clamp(body.weight + (body.touched ? change : -change), 0.0, 1.0);
+    const bool here_alone = body.thrown && FindThrown(id) != nullptr;
+    if (body.thrown && !here_alone && !body.touched) {
+      body.weight -= passed_s / kLetGo_s;
+    } else {
+      body.weight += body.ahead ? passed_s / kChange_s : -passed_s / kChange_s;
+    }
+    body.weight = std::clamp(body.weight, 0.0, 1.0);
+    body.thrown = body.thrown && body.weight > 0;
     if (body.weight <= 0) return;
     const Pose raw = Raw(body);
-    shown.push_back({id, {raw.position + body.offset, Normalized(body.turn * raw.orientation)}, body.weight});
+    shown.push_back(
+        {id, {raw.position + body.offset, Normalized(body.turn * raw.orientation)}, body.weight, here_alone});
   };
   for (auto& [id, body] : bodies_) show(id, body);
   for (auto& [id, body] : on_paths_) show(id, body);

@@ -37,10 +37,21 @@
 
 namespace tessera::client {
 
+// The maker in ids of bodies that only this client shows. No worker has this incarnation, so none gives such an id.
+inline constexpr std::uint32_t kMadeHere = 0;
+
 struct PredictedBody {
   BodyId id;
   Pose pose;
-  double weight = 1;  // 0: as the server showed it, 1: as predicted; glides between where contacts begin and end
+  double weight = 1;    // 0: as the server showed it, 1: as predicted; glides between where contacts begin and end
+  bool thrown = false;  // here alone: the server's is still to come
+};
+
+// Tells what became of a body that was thrown.
+struct ThrownNews {
+  BodyId thrown;     // its id here
+  BodyId body;       // the server's, which it is from now on; 0: it is gone
+  double off_m = 0;  // how far the server's was from it, at the same predicted tick
 };
 
 class Predictor {
@@ -74,6 +85,19 @@ class Predictor {
   std::vector<PredictedBody> At(TimePoint now, double phase);
   void Forget();  // the own body is gone
 
+  // --- What the player throws (predictor_thrown.cpp): there at once, and simulated with the own body until the body is
+  // among the server's that the game makes for it by command `command`, or `until` has come.
+
+  // It is there when `input`, the next one, is simulated. Requires running(), and a prefab of one body.
+  BodyId Throw(const SpawnAsk& ask, std::size_t prefab, SpawnClaim claim, std::uint32_t input, TimePoint until);
+  std::size_t thrown() const { return thrown_.size(); }
+  void ExpireThrown(TimePoint now);
+  // Whether the server has a body that takes the place of one that is still shown here.
+  bool Awaits(const BodyTuning& tuning) const;
+  // Whether bodies are shown ahead that inputs have to move on, be there a reason for them or not.
+  bool NeedsInputs() const;
+  std::vector<ThrownNews> TakeThrown() { return std::exchange(thrown_news_, {}); }
+
   const Ground& ground() const { return ground_; }
   bool running() const { return base_tick_.has_value(); }
   // The tick of the newest predicted state.
@@ -94,6 +118,25 @@ class Predictor {
     Quatd turn;
     double weight = 0;
     bool touched = false;  // by the own body, itself or through others, in the last simulation
+    bool ahead = false;    // the same, or by one that was thrown: it is shown as predicted
+    bool thrown = false;   // it was, and is shown as predicted still
+  };
+  // One that the server has not sent yet.
+  struct Thrown {
+    BodyDef def;  // with its id here
+    SpawnMotion motion;
+    bool from_own = false;
+    SpawnClaim claim;
+    std::uint32_t input = 0;  // it is there when this one has acted
+    TimePoint until;
+    // Its states as simulated last, ascending: at the end of a tick, after an input.
+    struct At {
+      Tick tick;
+      std::uint32_t input = 0;
+      BodyState state;
+    };
+    std::vector<At> path;
+    bool made = false;  // the server has made it by the base, as far as can be known
   };
 
   void Begin(Vec3d near);
@@ -113,6 +156,15 @@ class Predictor {
   void FollowPaths(Tick tick);
   void Tune(const BodyDef& def, const SeenBody& seen);
   void NoteTouched();
+  void Spread(bool Body::*mark);
+  const Thrown* FindThrown(BodyId id) const;
+  BodyState MadeBy(const Thrown& thrown) const;
+  void TakeOver(const std::map<BodyId, SeenBody>& bodies, std::map<BodyId, Pose>& shown);
+  void PlaceThrown(Thrown& thrown);
+  void NoteThrown(std::uint32_t input);
+  void DropThrown();
+  void Unthrow(const Thrown& thrown);
+  std::vector<BodyState> Centres(const std::map<BodyId, SeenBody>& bodies) const;
   Pose Raw(const Body& body) const;
   const BodyDef* DefOf(BodyId id) const;
   BodyId Met() const;
@@ -150,6 +202,9 @@ class Predictor {
   std::uint64_t corrections_ = 0;
   double last_correction_m_ = 0;
   std::vector<Correction> untaken_;
+  std::vector<Thrown> thrown_;
+  std::uint32_t throws_ = 0;
+  std::vector<ThrownNews> thrown_news_;
   // The own body's region and the newest input, at the base.
   RegionId base_region_;
   std::uint32_t base_input_ = 0;

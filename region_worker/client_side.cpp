@@ -53,8 +53,8 @@ void ClientSide::TakeInput(WorkerCore& core, const PlayerInput& input, TimePoint
 }
 
 void ClientSide::TakeCommand(WorkerCore& core, const ReceivedFromClients::Command& command, TimePoint now) {
-  const absl::Status status =
-      core.TakeCommand(command.player, {command.base, command.number, command.bytes, command.shown_at});
+  const absl::Status status = core.TakeCommand(
+      command.player, {command.base, command.number, command.bytes, command.shown_at, command.with_input});
   switch (status.code()) {
     case absl::StatusCode::kOk:
       return metrics_.commands_taken.Increment();

@@ -140,7 +140,8 @@ void GamePort::OnCommands(const net::Event& event, ConnectedClient& client, Time
       }
       client.newest_command = number;
     }
-    received.commands.push_back({client.player, message->base, number, std::string(command.bytes), command.shown_at});
+    received.commands.push_back(
+        {client.player, message->base, number, std::string(command.bytes), command.shown_at, command.with_input});
     ++number;
   }
 }

@@ -73,6 +73,7 @@ struct ReceivedFromClients {
     std::uint32_t base = 0, number = 0;
     std::string bytes;
     std::uint64_t shown_at = 0;
+    std::uint32_t with_input = 0;
   };
   struct EventAcknowledgement {
     PlayerNumber player;

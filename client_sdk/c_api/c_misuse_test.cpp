@@ -32,6 +32,20 @@ TEST_F(CApiTest, KeepsWithinTheCallersStruct) {
   EXPECT_EQ(stats.size, offsetof(tessera_stats, bytes_out));
 }
 
+TEST_F(CApiTest, ASpawnThatMakesNoSenseIsRefusedByItsField) {
+  Play();
+  tessera_spawn spawn = TESSERA_SPAWN;
+  const auto refused = [&](const void* command, std::size_t size) {
+    EXPECT_EQ(tessera_predict_spawn(client, &spawn, command, size, nullptr), TESSERA_INVALID_ARGUMENT);
+    return std::string(tessera_last_error());
+  };
+  EXPECT_EQ(refused("x", 1), "prefab: is NULL");
+  spawn.prefab = "ball";
+  EXPECT_EQ(refused(nullptr, 1), "command: is NULL");
+  spawn.flags = 2;
+  EXPECT_EQ(refused("x", 1), "flags: more than there are");
+}
+
 // Sizes that nobody can have meant are refused by name, and nothing is written.
 TEST_F(CApiTest, RefusesSizesThatWereNotSet) {
   Play();
@@ -85,6 +99,9 @@ TEST_F(CApiTest, RefusesSizesThatWereNotSet) {
     steering.size = size;
     EXPECT_EQ(tessera_steer(client, &steering), 0u);
     EXPECT_EQ(std::string(tessera_last_error()).rfind("steering.size: has ", 0), 0u);
+    tessera_spawn spawn = TESSERA_SPAWN;
+    spawn.size = size;
+    refuses(tessera_predict_spawn(client, &spawn, "x", 1, nullptr), "spawn.size");
     std::size_t count = 0;
     tessera_instance_info listed = TESSERA_INSTANCE_INFO;
     refuses(tessera_list_instances(instance.address.c_str(), 1000, &listed, size, 1, &count), "stride");
@@ -123,6 +140,8 @@ TEST(CApi, RefusesWhatMakesNoSense) {
   EXPECT_EQ(tessera_move(nullptr, nullptr, nullptr), 0u);
   EXPECT_EQ(tessera_steer(nullptr, nullptr), 0u);
   EXPECT_STREQ(tessera_last_error(), "client or steering: is NULL");
+  EXPECT_EQ(tessera_predict_spawn(nullptr, nullptr, nullptr, 0, nullptr), TESSERA_INVALID_ARGUMENT);
+  EXPECT_STREQ(tessera_last_error(), "client or spawn: is NULL");
   EXPECT_EQ(tessera_get_state(nullptr), TESSERA_ENDED);
   tessera_close(nullptr);
 }

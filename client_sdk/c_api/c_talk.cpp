@@ -15,7 +15,10 @@ static_assert(TESSERA_EVENT_WORLD_PROPERTY_CHANGED ==
               static_cast<int>(client::ClientEvent::Kind::kWorldPropertyChanged));
 static_assert(TESSERA_EVENT_PREDICTION_CORRECTED == static_cast<int>(client::ClientEvent::Kind::kPredictionCorrected));
 static_assert(TESSERA_EVENT_MOVEMENT_MISSING == static_cast<int>(client::ClientEvent::Kind::kMovementMissing));
-static_assert(TESSERA_EVENT_MOVEMENT_MISSING == static_cast<int>(client::ClientEvent::kLastKind));
+static_assert(TESSERA_EVENT_SPAWN_TAKEN == static_cast<int>(client::ClientEvent::Kind::kSpawnTaken));
+static_assert(TESSERA_EVENT_SPAWN_LOST == static_cast<int>(client::ClientEvent::Kind::kSpawnLost));
+static_assert(TESSERA_EVENT_SPAWN_LOST == static_cast<int>(client::ClientEvent::kLastKind));
+static_assert(TESSERA_MAX_PREDICTED_SPAWNS == client::Client::kMaxPredictedSpawns);
 
 namespace {
 
@@ -46,6 +49,30 @@ tessera_code tessera_send(tessera_client* handle, const void* bytes, size_t size
   if (handle == nullptr) return Refuse("client: is NULL");
   if (bytes == nullptr && size > 0) return Refuse("bytes: is NULL");
   return Guarded([&] { return Report(handle->client->Send({static_cast<const char*>(bytes), size})); });
+}
+
+tessera_code tessera_predict_spawn(tessera_client* handle, const tessera_spawn* given, const void* command,
+                                   size_t command_size, uint64_t* body) {
+  if (handle == nullptr || given == nullptr) return Refuse("client or spawn: is NULL");
+  if (command == nullptr && command_size > 0) return Refuse("command: is NULL");
+  if (!IsSize<tessera_spawn>(given->size, "spawn.size")) return TESSERA_INVALID_ARGUMENT;
+  const tessera_spawn from = TakeIn(given, tessera_spawn TESSERA_SPAWN);
+  if (from.prefab == nullptr) return Refuse("prefab: is NULL");
+  if ((from.flags & ~std::uint32_t{TESSERA_SPAWN_FROM_OWN}) != 0) return Refuse("flags: more than there are");
+  return Guarded([&] {
+    const auto vector = [](const double* of) { return Vec3d(of[0], of[1], of[2]); };
+    const double* const q = from.orientation;
+    const client::SpawnAsk ask{.prefab = from.prefab,
+                               .motion = {.position = vector(from.position),
+                                          .rotation = Quatd(q[0], q[1], q[2], q[3]),
+                                          .velocity_m_s = vector(from.velocity),
+                                          .spin_rad_s = vector(from.spin)},
+                               .from_own = (from.flags & TESSERA_SPAWN_FROM_OWN) != 0};
+    const auto made = handle->client->PredictSpawn(ask, {static_cast<const char*>(command), command_size});
+    if (!made.ok()) return Report(made.status());
+    if (body != nullptr) *body = made->value();
+    return tessera_code{TESSERA_OK};
+  });
 }
 
 int32_t tessera_next_game_event(tessera_client* handle, tessera_game_event* out) {

@@ -52,6 +52,8 @@ inline constexpr std::size_t kLeastSize<tessera_grant_options> = offsetof(tesser
 template <>
 inline constexpr std::size_t kLeastSize<tessera_property> = offsetof(tessera_property, text);
 template <>
+inline constexpr std::size_t kLeastSize<tessera_spawn> = sizeof(tessera_spawn);
+template <>
 inline constexpr std::size_t kLeastSize<tessera_shape_info> = offsetof(tessera_shape_info, vertices);
 template <>
 inline constexpr std::size_t kLeastSize<tessera_clock> = sizeof(tessera_clock);

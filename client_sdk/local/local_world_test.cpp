@@ -90,6 +90,62 @@ end)"));
   EXPECT_THAT(world.TakeLines(), IsEmpty());
 }
 
+// Through the interface that games have, in C and in C++.
+TEST_F(LocalWorldTest, WhatIsThrownIsDrawnAtOnceAndBecomesTheGames) {
+  std::string scene = kScene;
+  scene.insert(scene.rfind('}'), R"(, "prefabs": [{"name": "ball", "bodies": [
+      {"mass": 1, "shape": {"sphere": {"radius": 0.2}}}]}])");
+  ASSERT_FALSE(world.Open({scene, R"(
+function on_command(player, command)
+  if command == 'nothing' then return end
+  world.spawn('ball', player:body():position() + vec(0, 1.5, 0), { velocity = vec(0, 3, -6), predicted = player })
+end)"}));
+  GrantOptions options;
+  options.predict = true;
+  ASSERT_FALSE(client.JoinLocal(world, options));
+  Spawn ball = TESSERA_SPAWN;
+  ball.prefab = "ball";
+  ball.flags = TESSERA_SPAWN_FROM_OWN;
+  ball.position[1] = 1.5;
+  ball.velocity[1] = 3;
+  ball.velocity[2] = -6;
+  std::uint64_t shown = 0;
+  ASSERT_TRUE(Until([&] {
+    client.Move({50, 0, 0});
+    (void)client.Bodies(now_ns);
+    return client.GetStats().predicting != 0 && !client.PredictSpawn(ball, "throw", shown);
+  }));
+  ASSERT_NE(Find(shown), nullptr);
+  EXPECT_TRUE((Find(shown)->flags & TESSERA_BODY_PREDICTED) != 0);
+  EXPECT_EQ(Find(shown)->region, 0u);
+  ASSERT_TRUE(client.InfoOf(shown).has_value()) << "what it looks like is known";
+  std::uint64_t taken = 0;
+  ASSERT_TRUE(Until([&] {
+    (void)client.Bodies(now_ns);
+    for (const Event& event : client.TakeEvents()) {
+      if (event.kind == TESSERA_EVENT_SPAWN_TAKEN && event.other == shown) taken = event.body;
+    }
+    return taken != 0;
+  }));
+  EXPECT_EQ(Find(shown), nullptr);
+  ASSERT_NE(Find(taken), nullptr);
+  EXPECT_EQ(Find(taken)->region, 1u);
+  const std::string wasted = "nothing";
+  ASSERT_EQ(tessera_predict_spawn(client.get(), &ball, wasted.data(), wasted.size(), &shown), TESSERA_OK)
+      << tessera_last_error();
+  bool lost = false;
+  EXPECT_TRUE(Until([&] {
+    (void)client.Bodies(now_ns);
+    for (const Event& event : client.TakeEvents()) {
+      lost = lost || (event.kind == TESSERA_EVENT_SPAWN_LOST && event.body == shown);
+    }
+    return lost;
+  }));
+  ball.prefab = "bell";
+  EXPECT_EQ(tessera_predict_spawn(client.get(), &ball, "x", 1, nullptr), TESSERA_NOT_FOUND);
+  EXPECT_STREQ(tessera_last_error(), "prefab: the scene has no \"bell\"");
+}
+
 TEST_F(LocalWorldTest, AClockThatStoodAndJumpsMakesNoRace) {
   ASSERT_NO_FATAL_FAILURE(Open());
   ASSERT_TRUE(Until([&] { return world.Tick() > 20; }));

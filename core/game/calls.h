@@ -38,6 +38,8 @@ struct tessera_game_call {
 
   std::uint32_t callback = 0;  // that is called
   std::uint64_t shown_at = 0;  // within on_command: PlayerInput::shown_at of the command
+  std::uint32_t claim = 0;     // within on_command: its number, if the client shows a body that it is to make; else 0
+  bool claimed = false;        // a body was made for it
   std::uint64_t instructions = 0;
   std::uint32_t randoms = 0;
   std::string error;

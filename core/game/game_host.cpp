@@ -242,6 +242,7 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
   if (arguments.size() >= 2 && arguments[1].type == TESSERA_GAME_BODY) call.other = BodyId(arguments[1].as.id);
   call.callback = callback;
   call.shown_at = shown_at_;
+  call.claim = claim_;
   const tessera_game_event event{sizeof event, callback, kind == 0 ? nullptr : scene_->kinds[kind].c_str(),
                                  arguments.data(), static_cast<std::uint32_t>(arguments.size())};
   tessera_game_error error;

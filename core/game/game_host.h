@@ -214,6 +214,7 @@ class GameHost {
   bool removed_ = false;           // a callback removed a body since on_tick of bodies began
   std::size_t sent_ = 0;           // messages in this tick
   std::uint64_t shown_at_ = 0;     // time that the sender of the command under way was shown
+  std::uint32_t claim_ = 0;        // number of that command, if its client shows a body that it is to make
   std::deque<GameEvent> waiting_;  // events whose turn has not come
   BodyId next_ticked_;             // on_tick of bodies goes on from here; 0: from the first
   std::size_t lines_this_tick_ = 0;

@@ -1,16 +1,19 @@
 // Bodies that a game makes.
 #include <gmock/gmock.h>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/game/testing/game_host_fixture.h"
+#include "core/game/testing/named_fields.h"
 
 namespace tessera::game {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 class SpawnTest : public GameHostTest {
@@ -142,7 +145,8 @@ TEST_F(SpawnTest, WhatCannotBeMadeIsRefusedByName) {
     EXPECT_EQ(with("velocity", Vec3d{0, 0, 2000}), "spawn: `options.velocity` is above 1000 m/s");
     EXPECT_EQ(with("velocity", Vec3d{0, 0, std::numeric_limits<double>::quiet_NaN()}),
               "spawn: `options.velocity` is not finite");
-    EXPECT_EQ(with("speed", Vec3d{}), "spawn: `options.speed` is none of rotation, velocity, spin, expire_after");
+    EXPECT_EQ(with("speed", Vec3d{}),
+              "spawn: `options.speed` is none of rotation, velocity, spin, expire_after, predicted");
     EXPECT_EQ(with("expire_after", std::int64_t{0}), "spawn: `options.expire_after` must be 1 to 1000000, got 0");
     return true;
   });
@@ -150,6 +154,74 @@ TEST_F(SpawnTest, WhatCannotBeMadeIsRefusedByName) {
   Run();
   EXPECT_EQ(host->statistics().calls, 1U);
   EXPECT_THAT(world.ids(), ElementsAre(BodyId(1)));
+}
+
+// The record of the body says to whose client it belongs, and by which of its commands.
+class PredictedSpawnTest : public SpawnTest {
+ protected:
+  static constexpr PlayerNumber kAda{3};
+  PredictedSpawnTest() { world.AddPlayer(3, "ada"); }
+  // Two commands wait, of which the second has the number 7; it goes with an input that has acted.
+  void Give(bool predicted) {
+    world.input = PlayerInput{.number = 20};
+    PlayerRecord& talk = world.AddPlayer(3, "ada").player.Change();
+    talk.last_command = 7;
+    talk.commands = {"look", "throw"};
+    if (predicted) talk.commands[1].with_input = 20;
+  }
+  // A prefab of this name, made for this player.
+  static bool Spawn(GameCalls& calls, const std::string& prefab, PlayerNumber player) {
+    const NamedFields options{{"predicted", ToInterface(GameValue(player))}};
+    const GameValue name(prefab), place(Vec3d{0, 1, 0});
+    return calls.CallRaw(kWorldSpawn, std::vector{ToInterface(name), ToInterface(place), options.value()});
+  }
+  // Errors of the calls for these, in the second command.
+  std::vector<std::string> Said(const std::vector<std::pair<std::string, PlayerNumber>>& asked) {
+    std::vector<std::string> said;
+    game.On(kOnCommand, "", [&](GameCalls& calls, Arguments arguments) {
+      if (arguments[1].count != 5) return true;
+      for (const auto& [prefab, player] : asked) said.push_back(Spawn(calls, prefab, player) ? "" : calls.error());
+      return true;
+    });
+    Load();
+    Run();
+    return said;
+  }
+};
+
+TEST_F(PredictedSpawnTest, TheBodyOfACommandSaysWhoseAndWhichItIs) {
+  Give(true);
+  EXPECT_THAT(Said({{"ball", kAda}}), ElementsAre(""));
+  const std::optional<SpawnClaim>& claim = world.record(Made(1).value()).tuning.claim;
+  ASSERT_TRUE(claim.has_value());
+  EXPECT_EQ(*claim, (SpawnClaim{kAda, 7}));
+}
+
+TEST_F(PredictedSpawnTest, WhereTheClientShowsNothingNothingIsSaid) {
+  Give(false);
+  EXPECT_THAT(Said({{"ball", kAda}}), ElementsAre(""));
+  EXPECT_FALSE(world.record(Made(1).value()).tuning.claim.has_value());
+}
+
+TEST_F(PredictedSpawnTest, OneBodyOfOnePrefabForThePlayerOfTheCommand) {
+  Give(true);
+  EXPECT_THAT(Said({{"ball", PlayerNumber(4)}, {"train", kAda}, {"ball", kAda}, {"ball", kAda}}),
+              ElementsAre("spawn: `options.predicted` must be the player whose command on_command has got",
+                          HasSubstr("`options.predicted` is for prefabs of one body, and \"train\" has "), "",
+                          "spawn: `options.predicted` is for one body of a command, and there is one"));
+  EXPECT_FALSE(world.ids().empty());
+}
+
+TEST_F(PredictedSpawnTest, OnlyACommandSaysWhoseABodyIs) {
+  std::string said;
+  game.On(kOnTick, "", [&](GameCalls& calls, Arguments) {
+    EXPECT_FALSE(Spawn(calls, "ball", kAda));
+    said = calls.error();
+    return true;
+  });
+  Load();
+  Run();
+  EXPECT_EQ(said, "spawn: `options.predicted` must be the player whose command on_command has got");
 }
 
 }  // namespace

@@ -86,17 +86,25 @@ void GameHost::RunJoins(std::span<const PlayerNumber> joined, GameWorld& world) 
   }
 }
 
-// A command is over whether its callback fails or not.
+// A command is over whether its callback fails or not. One that goes with an input waits for it, and what comes after
+// it waits too.
 void GameHost::RunCommands(GameWorld& world) {
   for (const BodyId id : world.Commanded()) {
-    const std::vector<WaitingCommand> commands = world.RecordOf(id).player->commands;
+    const SharedPlayerRecord record = world.RecordOf(id).player;
+    const std::vector<WaitingCommand> commands = record->commands;
+    const PlayerInput* const input = world.InputOf(PlayerOf(id));
+    const std::uint32_t acted = input == nullptr ? 0 : input->number;
+    std::uint32_t number = record->last_command - static_cast<std::uint32_t>(commands.size());
     for (const WaitingCommand& command : commands) {
+      ++number;
       if (Exhausted()) return;
+      if (command.with_input > acted && tick_ < command.due) break;
       std::array<tessera_game_value, 2> arguments{ToInterface(GameValue(PlayerOf(id)))};
       arguments[1].type = TESSERA_GAME_TEXT;
       arguments[1].count = static_cast<std::uint32_t>(command.bytes.size());
       arguments[1].as.text = command.bytes.data();
       shown_at_ = command.shown_at;
+      claim_ = command.with_input == 0 ? 0 : number;
       // One that came before it may have sent the player away, and its commands with it.
       Call(world, kOnCommand, id, 0, arguments, [&](Transaction& transaction) {
         std::vector<WaitingCommand>& waiting = transaction.Own(id)->record.player.Change().commands;
@@ -105,6 +113,7 @@ void GameHost::RunCommands(GameWorld& world) {
         return true;
       });
       shown_at_ = 0;
+      claim_ = 0;
     }
   }
 }

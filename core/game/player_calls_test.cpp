@@ -328,5 +328,43 @@ TEST_F(PlayerCallsTest, ACommandHasItsOwnShownTime) {
   EXPECT_THAT(shown, ElementsAre(999, 985.25, 1001));
 }
 
+// A command that waits for an input holds back all that were given after it, so the order stays.
+TEST_F(PlayerCallsTest, ACommandThatGoesWithAnInputComesInTheTickInWhichThatHasActed) {
+  record().player.Change().last_command = 3;
+  record().player.Change().commands = {"a", "b", "c"};
+  record().player.Change().commands[1].with_input = 8;
+  record().player.Change().commands[1].due = Tick(100);
+  std::vector<std::string> got;
+  game.On(kOnCommand, "", [&](GameCalls&, GivenArguments arguments) {
+    got.emplace_back(arguments[1].as.text, arguments[1].count);
+    return true;
+  });
+  Load();
+  Run();
+  EXPECT_THAT(got, ElementsAre("a")) << "no input has come yet";
+  world.input = PlayerInput{.number = 7};
+  Run();
+  EXPECT_THAT(got, ElementsAre("a"));
+  EXPECT_THAT(talk().commands, SizeIs(2));
+  world.input = PlayerInput{.number = 8};
+  Run();
+  EXPECT_THAT(got, ElementsAre("a", "b", "c"));
+}
+
+TEST_F(PlayerCallsTest, ACommandWaitsForAnInputThatNeverComesUntilItIsDue) {
+  record().player.Change().last_command = 1;
+  record().player.Change().commands = {"a"};
+  record().player.Change().commands[0].with_input = ~std::uint32_t{0};
+  record().player.Change().commands[0].due = Tick(3);
+  int calls_of_it = 0;
+  game.On(kOnCommand, "", [&](GameCalls&, GivenArguments) { return ++calls_of_it > 0; });
+  Load();
+  Run();
+  Run();
+  EXPECT_EQ(calls_of_it, 0);
+  Run();
+  EXPECT_EQ(calls_of_it, 1);
+}
+
 }  // namespace
 }  // namespace tessera::game

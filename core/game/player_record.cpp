@@ -58,6 +58,8 @@ void Write(ByteWriter& out, const PlayerRecord& record) {
   for (const WaitingCommand& command : record.commands) {
     out.Block(std::string_view(command.bytes));
     out.Varint(command.shown_at);
+    out.Varint(command.with_input);
+    if (command.with_input != 0) out.Varint(command.due.value());
   }
   out.Varint(record.last_event);
   out.Varint(record.events.size());
@@ -86,6 +88,8 @@ PlayerRecord ReadPlayerRecord(ByteReader& in) {
   for (std::uint64_t i = 0; in.ok() && i < commands; ++i) {
     WaitingCommand& command = record.commands.emplace_back(text(kMaxCommandBytes));
     command.shown_at = in.Varint();
+    command.with_input = in.Varint32();
+    if (command.with_input != 0) command.due = Tick(in.Varint());
   }
   record.last_event = in.Varint32();
   const std::uint64_t events = in.Varint();

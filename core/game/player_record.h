@@ -35,9 +35,15 @@ struct PlayerEvent {
   friend bool operator==(const PlayerEvent&, const PlayerEvent&) = default;
 };
 
+// Ticks for which a command waits for the input that it goes with: longer than the two are ever apart.
+inline constexpr std::uint64_t kMaxCommandWait_ticks = 12;
+
 struct WaitingCommand {
   std::string bytes;
   std::uint64_t shown_at = 0;  // as PlayerInput::shown_at, when the client gave it
+  // The input that it goes with, or 0: the game gets it when that one has acted, or at `due`.
+  std::uint32_t with_input = 0;
+  Tick due{};
   WaitingCommand() = default;
   // NOLINTBEGIN(google-explicit-constructor): most are nothing but their bytes
   WaitingCommand(std::string text, std::uint64_t shown = 0) : bytes(std::move(text)), shown_at(shown) {}

@@ -10,6 +10,7 @@
 #include "core/world/limits.h"
 #include "core/world/prefab.h"
 #include "core/world/query.h"
+#include "game_sdk/api/api.h"
 
 namespace tessera::game {
 namespace {
@@ -19,11 +20,30 @@ absl::Status Outside(std::string_view function, Vec3d place) {
                        absl::StrCat("(", place.x, ", ", place.y, ", ", place.z, ") is outside the scene's bounds"));
 }
 
-// Where and how fast, and when it expires; 0: never.
+// Where and how fast, when it expires, 0: never, and whose client shows it already, 0: nobody's.
 struct SpawnOrder {
   SpawnMotion motion;
   Tick expires;
+  PlayerNumber predicted;
 };
+
+// The player whose client shows the body already. Only a command says so, and each for one body.
+PlayerNumber PredictedBy(const tessera_game_call& call, OptionReader& options) {
+  const tessera_game_value* const given = options.Any("predicted");
+  if (given == nullptr) return {};
+  if (given->type != TESSERA_GAME_PLAYER) {
+    options.Fault("predicted", "must be a player");
+    return {};
+  }
+  const bool known = given->as.id != 0 && given->as.id <= UINT32_MAX;
+  const PlayerNumber player(known ? static_cast<std::uint32_t>(given->as.id) : 0);
+  if (!known || call.callback != kOnCommand || call.self != PlayerBodyId(player)) {
+    options.Fault("predicted", "must be the player whose command on_command has got");
+  } else if (call.claimed) {
+    options.Fault("predicted", "is for one body of a command, and there is one");
+  }
+  return player;
+}
 
 absl::StatusOr<SpawnOrder> SpawnOrderFrom(const tessera_game_call& call, const Function& function,
                                           CallArguments arguments) {
@@ -47,6 +67,7 @@ absl::StatusOr<SpawnOrder> SpawnOrderFrom(const tessera_game_call& call, const F
     }
   }
   if (const auto ticks = options.Whole("expire_after", 1, kMaxTimerTicks)) order.expires = call.tick + *ticks;
+  order.predicted = PredictedBy(call, options);
   if (absl::Status status = options.status(); !status.ok()) return status;
   return order;
 }
@@ -98,6 +119,10 @@ absl::StatusOr<tessera_game_value> CallSpawn(tessera_game_call& call, const Func
   }
   const absl::StatusOr<SpawnOrder> order = SpawnOrderFrom(call, function, arguments);
   if (!order.ok()) return order.status();
+  if (order->predicted != PlayerNumber() && prefab->bodies.size() > 1) {
+    return ArgumentFault("spawn", absl::StrCat("`options.predicted` is for prefabs of one body, and \"", prefab->name,
+                                               "\" has ", prefab->bodies.size()));
+  }
   const auto place = static_cast<std::size_t>(prefab - scene.prefabs.begin());
   std::uint64_t work = 0;
   absl::Status status = CheckFree(call.transaction.world(), *prefab, order->motion, &work);
@@ -113,6 +138,11 @@ absl::StatusOr<tessera_game_value> CallSpawn(tessera_game_call& call, const Func
   }
   for (std::size_t member = 0; member < prefab->bodies.size(); ++member) {
     call.transaction.Own(WithMember(*first, member))->record.expires = order->expires;
+  }
+  if (order->predicted != PlayerNumber()) {
+    call.claimed = true;
+    // A client that shows nothing of its own, such as a bot's, asks for nothing either.
+    if (call.claim != 0) call.transaction.Own(*first)->record.tuning.claim = SpawnClaim{order->predicted, call.claim};
   }
   return ToInterface(GameValue(*first));
 }

@@ -134,6 +134,7 @@ void AddGame(const game::GameRecord& game, float tick_rate_hz, GhostRecord& ghos
   ghost.woken = game.wakes;
   ghost.jumped = game.jumped;
   ghost.tuning = game.tuning;
+  ghost.tuning.claim.reset();  // no neighbour's business
   ghost.joints = game.joints;
 }
 

@@ -80,7 +80,8 @@ struct Config {
 struct PlayerCommand {
   std::uint32_t base = 0, number = 0;
   std::string_view bytes;
-  std::uint64_t shown_at = 0;  // as PlayerInput::shown_at
+  std::uint64_t shown_at = 0;    // as PlayerInput::shown_at
+  std::uint32_t with_input = 0;  // the game gets it when this input has acted; 0: at once
 };
 
 struct EndedPlayer {

@@ -53,7 +53,10 @@ absl::Status Region::TakeCommand(PlayerNumber player, const PlayerCommand& comma
   }
   ChangePlayer(id, parts, [&](game::PlayerRecord& record) {
     record.last_command = command.number;
-    record.commands.emplace_back(std::string(command.bytes), command.shown_at);
+    game::WaitingCommand& waiting = record.commands.emplace_back(std::string(command.bytes), command.shown_at);
+    if (command.with_input == 0) return;
+    waiting.with_input = command.with_input;
+    waiting.due = parts.tick + game::kMaxCommandWait_ticks;
   });
   return absl::OkStatus();
 }

@@ -168,6 +168,38 @@ TEST_F(RegionTalkTest, EachCommandIsTakenOnceAndInOrder) {
   EXPECT_EQ(Command(71 + game::kMaxWaitingCommands, "f"), absl::StatusCode::kResourceExhausted);
 }
 
+// The client shows already what it asks for, as of that input.
+TEST_F(RegionTalkTest, ACommandWithAnInputIsGivenInTheTickInWhichThatActs) {
+  std::vector<std::uint64_t> got;
+  game.On(game::kOnCommand, "", [&](GameCalls&, Arguments) {
+    got.push_back(one->tick().value());
+    return true;
+  });
+  Begin();
+  Step();
+  ASSERT_TRUE(one->TakeCommand(kTalker, {1, 1, "throw", 0, 2}).ok());
+  Steps(2);
+  EXPECT_THAT(got, IsEmpty());
+  for (const std::uint32_t number : {1U, 2U}) {
+    PlayerInput input;
+    input.number = number;
+    input.player = kTalker;
+    input.body = kTalkersBody;
+    ASSERT_TRUE(one->QueueInput(input).ok());
+  }
+  while (one->LastInput(kTalker) < 2) {
+    EXPECT_THAT(got, IsEmpty());
+    ASSERT_LT(one->tick(), Tick(20));
+    Step();
+  }
+  EXPECT_THAT(got, SizeIs(1)) << "in the very tick";
+  ASSERT_TRUE(one->TakeCommand(kTalker, {1, 2, "throw", 0, 1000}).ok());
+  Steps(static_cast<int>(game::kMaxCommandWait_ticks) - 1);
+  EXPECT_THAT(got, SizeIs(1));
+  Steps(2);
+  EXPECT_THAT(got, SizeIs(2)) << "an input that never comes is not waited for";
+}
+
 TEST_F(RegionTalkTest, AWorldWithoutAGameTakesNone) {
   Begin(false);
   Step();

@@ -10,14 +10,14 @@
 namespace tessera::replication {
 namespace {
 
-constexpr std::size_t kMaxHeaderBytes = 1 + 5 + 5 + 1, kMaxLengthBytes = 2, kMaxShownBytes = 8;
+constexpr std::size_t kMaxHeaderBytes = 1 + 5 + 5 + 1, kMaxLengthBytes = 2, kMaxShownBytes = 8, kMaxInputBytes = 5;
 
 }  // namespace
 
 std::size_t CommandsThatFit(std::span<const Command> commands) {
   std::size_t bytes = kMaxHeaderBytes, count = 0;
   for (const Command& command : commands) {
-    bytes += kMaxLengthBytes + command.bytes.size() + kMaxShownBytes;
+    bytes += kMaxLengthBytes + command.bytes.size() + kMaxShownBytes + kMaxInputBytes;
     if (bytes > kMaxCommandDatagramBytes || count == kMaxCommandsInDatagram) break;
     ++count;
   }
@@ -34,6 +34,7 @@ std::vector<std::uint8_t> EncodeCommands(const CommandMessage& message) {
   for (const Command& command : message.commands) {
     out.Block(command.bytes);
     out.Varint(command.shown_at);
+    out.Varint(command.with_input);
   }
   return out.Take();
 }
@@ -58,7 +59,8 @@ absl::StatusOr<CommandMessage> DecodeCommands(std::span<const std::uint8_t> data
     }
     const std::span<const std::uint8_t> bytes = in.Bytes(size);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    message.commands.emplace_back(text, in.Varint());
+    const std::uint64_t shown_at = in.Varint();
+    message.commands.emplace_back(text, shown_at, in.Varint32());
   }
   if (!in.ok()) return absl::InvalidArgumentError(in.error());
   if (in.remaining() != 0) return absl::InvalidArgumentError("commands: trailing bytes");

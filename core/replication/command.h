@@ -4,8 +4,8 @@
 // for good yet, as many as fit, beginning with the lowest; `base` is the number of that one, so a region knows that
 // none below it comes any more. The player is not on the wire: the receiver knows it from the connection.
 //
-// Layout, little-endian: kind (1) | last event | base | count | per command: length, bytes, shown at; numbers as
-// varints, the commands have the numbers from base on. Thread rule: free functions; any thread.
+// Layout, little-endian: kind (1) | last event | base | count | per command: length, bytes, shown at, with input;
+// numbers as varints, the commands have the numbers from base on. Thread rule: free functions; any thread.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +27,12 @@ inline constexpr std::size_t kMaxCommandsInDatagram = 32;
 struct Command {
   std::string_view bytes;
   std::uint64_t shown_at = 0;  // as PlayerInput::shown_at, when the command was given
+  // The number of the input that it goes with: the client shows already what the game is to make by the command. 0:
+  // with none.
+  std::uint32_t with_input = 0;
   // NOLINTNEXTLINE(google-explicit-constructor): most commands are nothing but their bytes
-  Command(std::string_view text, std::uint64_t shown = 0) : bytes(text), shown_at(shown) {}
+  Command(std::string_view text, std::uint64_t shown = 0, std::uint32_t input = 0)
+      : bytes(text), shown_at(shown), with_input(input) {}
   Command(const std::string& text) : bytes(text) {}  // NOLINT(google-explicit-constructor)
   Command(const char* text) : bytes(text) {}         // NOLINT(google-explicit-constructor)
   friend bool operator==(const Command&, const Command&) = default;

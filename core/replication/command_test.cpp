@@ -25,11 +25,14 @@ TEST(CommandTest, AMessageComesOutAsItWentIn) {
   EXPECT_THAT(read->commands, ElementsAre("jump", "", longest));
 }
 
-TEST(CommandTest, ACommandSaysWhatWasShownWhenItWasGiven) {
-  const auto read = DecodeCommands(EncodeCommands({7, 300, {Command("shoot", 123'456'789), "jump"}}));
+TEST(CommandTest, ACommandSaysWhatWasShownAndMadeWhenItWasGiven) {
+  const auto read = DecodeCommands(
+      EncodeCommands({7, 300, {Command("shoot", 123'456'789), "jump", Command("throw", 1, 4'000'000'000)}}));
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->commands[0].shown_at, 123'456'789U);
   EXPECT_EQ(read->commands[1].shown_at, 0U);
+  EXPECT_EQ(read->commands[1].with_input, 0U);
+  EXPECT_EQ(read->commands[2].with_input, 4'000'000'000U);
 }
 
 TEST(CommandTest, AMessageMayHaveNoCommands) {
@@ -39,7 +42,7 @@ TEST(CommandTest, AMessageMayHaveNoCommands) {
 }
 
 TEST(CommandTest, AsManyAreSentAsFitADatagram) {
-  const std::string big(kMaxCommandBytes, 'x'), small(40, 'y');
+  const std::string big(kMaxCommandBytes, 'x'), small(30, 'y');
   const std::vector<Command> commands{big, small, small, small};
   EXPECT_EQ(CommandsThatFit(commands), 3U);
   const std::vector<Command> many(100, "z");
@@ -58,11 +61,12 @@ TEST(CommandTest, MalformedBytesAreRefusedByTheirField) {
   EXPECT_THAT(WhyNot({2, 0, 0, 0}), HasSubstr("kind"));
   EXPECT_THAT(WhyNot({3}), HasSubstr("truncated"));
   EXPECT_THAT(WhyNot({3, 0, 1, 1, 5, 'a'}), HasSubstr("truncated"));
-  EXPECT_THAT(WhyNot({3, 0, 1, 1, 1, 'a', 0, 'b'}), HasSubstr("trailing"));
-  EXPECT_THAT(WhyNot({3, 0, 0, 1, 1, 'a', 0}), HasSubstr("number is out of range"));
+  EXPECT_THAT(WhyNot({3, 0, 1, 1, 1, 'a', 0}), HasSubstr("truncated"));
+  EXPECT_THAT(WhyNot({3, 0, 1, 1, 1, 'a', 0, 0, 'b'}), HasSubstr("trailing"));
+  EXPECT_THAT(WhyNot({3, 0, 0, 1, 1, 'a', 0, 0}), HasSubstr("number is out of range"));
   EXPECT_THAT(WhyNot({3, 0, 1, 33}), HasSubstr("33 are more than 32"));
   EXPECT_THAT(WhyNot({3, 0xff, 0xff, 0xff, 0xff, 0x7f, 1, 0}), HasSubstr("out of range"));
-  EXPECT_THAT(WhyNot({3, 0, 0xff, 0xff, 0xff, 0xff, 0x0f, 1, 1, 'a', 0}), HasSubstr("number is out of range"));
+  EXPECT_THAT(WhyNot({3, 0, 0xff, 0xff, 0xff, 0xff, 0x0f, 1, 1, 'a', 0, 0}), HasSubstr("number is out of range"));
 }
 
 }  // namespace

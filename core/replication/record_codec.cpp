@@ -43,6 +43,10 @@ void AppendTraits(PackedRecord& record, const BodyTraits& traits) {
     record.Append(value ? 1 : 0, 1);
     if (value) record.Append(std::bit_cast<std::uint32_t>(*value), 32);
   }
+  record.Append(tuning.claim ? 1 : 0, 1);
+  if (!tuning.claim) return;
+  record.Append(tuning.claim->player.value(), 32);
+  record.Append(tuning.claim->command, 32);
 }
 
 bool ReadTraits(BitReader& reader, BodyTraits& traits) {
@@ -50,6 +54,10 @@ bool ReadTraits(BitReader& reader, BodyTraits& traits) {
   BodyTuning& tuning = traits.tuning;
   for (std::optional<float>* value : {&tuning.gravity_scale, &tuning.friction, &tuning.restitution}) {
     if (reader.ReadBit()) *value = std::bit_cast<float>(static_cast<std::uint32_t>(reader.Read(32)));
+  }
+  if (reader.ReadBit()) {
+    const PlayerNumber player(static_cast<std::uint32_t>(reader.Read(32)));
+    tuning.claim = SpawnClaim{player, static_cast<std::uint32_t>(reader.Read(32))};
   }
   return IsSane(tuning) && !traits.empty();
 }

@@ -364,6 +364,7 @@ TEST(SnapshotTest, TraitsAreToldUntilAcknowledged) {
   const BodyId moved = world.bodies()[1].id;
   EXPECT_TRUE(seen.at(moved).empty());
   BodyTraits traits{.jumps = 7, .tuning = {.gravity_scale = 0.0f, .friction = {}, .restitution = 0.5f}};
+  traits.tuning.claim = SpawnClaim{PlayerNumber(9), 4'000'000'000};
   world.bodies()[1].traits = traits;
   world.bodies()[1].state.position.x += 20;
   write(true);

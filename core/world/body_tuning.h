@@ -1,4 +1,5 @@
-// BodyTuning: what a game changed of a body's definition while the world runs. What is left out is as the scene has it.
+// BodyTuning: what a game changed of a body's definition while the world runs, and whose client has shown the body
+// before it was made. What is left out is as the scene has it.
 //
 // It goes wherever the body goes, and whoever steps a copy of the body has it too. Thread rule: plain values.
 #pragma once
@@ -11,12 +12,20 @@
 
 namespace tessera {
 
+// A client shows what its player throws at once; this says which of its bodies the one in the world is.
+struct SpawnClaim {
+  PlayerNumber player;
+  std::uint32_t command = 0;  // number of the player's command by which the game made the body, from 1 on
+  friend bool operator==(const SpawnClaim&, const SpawnClaim&) = default;
+};
+
 struct BodyTuning {
   std::optional<float> gravity_scale;                   // as BodyDef has it, -10 to 10
   std::optional<float> friction, restitution;           // as Material has them
   std::optional<Visibility> visible_to = std::nullopt;  // as BodyDef has it
+  std::optional<SpawnClaim> claim = std::nullopt;       // set when it is made, and never changed
 
-  bool empty() const { return !gravity_scale && !friction && !restitution && !visible_to; }
+  bool empty() const { return !gravity_scale && !friction && !restitution && !visible_to && !claim; }
   friend bool operator==(const BodyTuning&, const BodyTuning&) = default;
 };
 

@@ -8,11 +8,12 @@ namespace tessera {
 namespace {
 
 TEST(BodyTuningTest, ComesBackFromItsBytes) {
-  for (int bits = 0; bits < 8; ++bits) {
+  for (int bits = 0; bits < 16; ++bits) {
     BodyTuning tuning;
     if ((bits & 1) != 0) tuning.gravity_scale = -2.5f;
     if ((bits & 2) != 0) tuning.friction = 0.25f;
     if ((bits & 4) != 0) tuning.restitution = 1.0f;
+    if ((bits & 8) != 0) tuning.claim = SpawnClaim{PlayerNumber(70'000), 300};
     ByteWriter out;
     Write(out, tuning);
     const std::vector<std::uint8_t> bytes = out.Take();
@@ -24,7 +25,7 @@ TEST(BodyTuningTest, ComesBackFromItsBytes) {
 }
 
 TEST(BodyTuningTest, RefusesUnknownFlags) {
-  const std::vector<std::uint8_t> bytes{8};
+  const std::vector<std::uint8_t> bytes{32};
   ByteReader in(bytes);
   (void)ReadTuning(in);
   EXPECT_FALSE(in.ok());
@@ -47,6 +48,13 @@ TEST(BodyTuningTest, IsSaneWithinItsRanges) {
   EXPECT_FALSE(IsSane(BodyTuning{nan, {}, {}}));
   EXPECT_FALSE(IsSane(BodyTuning{{}, -0.1f, {}}));
   EXPECT_FALSE(IsSane(BodyTuning{{}, {}, nan}));
+  BodyTuning claimed;
+  claimed.claim = SpawnClaim{PlayerNumber(1), 1};
+  EXPECT_TRUE(IsSane(claimed));
+  claimed.claim = SpawnClaim{PlayerNumber(), 1};
+  EXPECT_FALSE(IsSane(claimed)) << "of nobody";
+  claimed.claim = SpawnClaim{PlayerNumber(1), 0};
+  EXPECT_FALSE(IsSane(claimed)) << "by no command";
 }
 
 }  // namespace

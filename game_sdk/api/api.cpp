@@ -71,7 +71,8 @@ constexpr Parameter kSpawnParameters[] = {
     {"prefab", kTextType, "the name of one of the scene's prefabs"},
     {"position", kVectorType, "where its origin shall be, m in the world"},
     {"options", kFieldsType,
-     "`rotation`, `velocity` in m/s and `spin` in rad/s of the place, `expire_after` in ticks; each may be left out",
+     "`rotation`, `velocity` in m/s and `spin` in rad/s of the place, `expire_after` in ticks, `predicted`: within "
+     "on_command its player, whose client may show the body already; each may be left out",
      true}};
 constexpr Parameter kExpireParameters[] = {
     {"ticks", kWholeType, "from now until the body is removed, 1 to 1 000 000; 0: it stays"}};

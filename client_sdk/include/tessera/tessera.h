@@ -186,7 +186,12 @@ enum {
   /* The world moves the own body by a function of its game that this program has not given to tessera_set_movement, or
    * in another version: the body is shown as the server has it. Once for each. body, region, detail: which one the
    * world has, and which one is here. */
-  TESSERA_EVENT_MOVEMENT_MISSING = 20
+  TESSERA_EVENT_MOVEMENT_MISSING = 20,
+  /* The game has made what tessera_predict_spawn showed. body: its id from now on, region, other: the id until now,
+   * detail: how far the two were apart, which is blended away. */
+  TESSERA_EVENT_SPAWN_TAKEN = 21,
+  /* body: the id of tessera_predict_spawn. It is gone: the game did not make it, or not in time; detail. */
+  TESSERA_EVENT_SPAWN_LOST = 22
 };
 
 typedef struct tessera_event {
@@ -230,6 +235,35 @@ enum { TESSERA_MAX_COMMAND = 1024 };
  * more than TESSERA_MAX_COMMAND bytes; TESSERA_RESOURCE_EXHAUSTED: 64 wait already. Regions take 20 a second and 4 KiB
  * a second, after a burst of twice that; what is beyond waits, and TESSERA_EVENT_COMMAND_REFUSED says so. */
 TESSERA_API tessera_code tessera_send(tessera_client* client, const void* bytes, size_t size);
+
+/* A body that the game is to make: what the player throws. */
+typedef struct tessera_spawn {
+  uint32_t size;
+  uint32_t flags;     /* TESSERA_SPAWN_..., of: */
+  const char* prefab; /* the name of one of the scene's, of one body */
+  double position[3]; /* m in the world, where its origin is, at most 20 m from the own body */
+  double orientation[4];
+  double velocity[3]; /* m/s, at most 1000 long */
+  double spin[3];     /* rad/s, at most 1000 long */
+} tessera_spawn;
+enum {
+  TESSERA_SPAWN_FROM_OWN = 1 /* `position` counts from the own body's centre of mass when the game makes the body */
+};
+#define TESSERA_SPAWN                                             \
+  {                                                               \
+    sizeof(tessera_spawn), 0, NULL, {0}, {0, 0, 0, 1}, {0}, { 0 } \
+  }
+enum { TESSERA_MAX_PREDICTED_SPAWNS = 16 };
+/* tessera_send, for a command by which the game makes a body with `predicted` (docs/games.md): that body is among
+ * tessera_bodies at once, of region 0 and with TESSERA_BODY_PREDICTED, under the id that `body` gets (which may be
+ * NULL), simulated as the own body is. TESSERA_EVENT_SPAWN_TAKEN says under which id it goes on once the game has made
+ * it, or TESSERA_EVENT_SPAWN_LOST, half a second and a round trip later, that it does not. The game gets the command
+ * when the next input has acted. Where it fails nothing is sent; a game calls tessera_send then. Beside the errors of
+ * tessera_send: TESSERA_NOT_FOUND (the scene has no such prefab), TESSERA_INVALID_ARGUMENT (naming the field, or a
+ * prefab of several bodies), TESSERA_RESOURCE_EXHAUSTED (TESSERA_MAX_PREDICTED_SPAWNS are shown already),
+ * TESSERA_FAILED_PRECONDITION (nothing is predicted, or not yet, or the world is paused). */
+TESSERA_API tessera_code tessera_predict_spawn(tessera_client* client, const tessera_spawn* spawn, const void* command,
+                                               size_t command_size, uint64_t* body);
 
 /* An event that the game sent this player: each comes once, in order, through handovers and deaths of regions. */
 typedef struct tessera_game_event {

@@ -90,6 +90,7 @@ using Body = tessera_body;
 using Stats = tessera_stats;
 using RegionStats = tessera_region_info;
 using Steering = tessera_steering;  // begins as TESSERA_STEERING
+using Spawn = tessera_spawn;        // begins as TESSERA_SPAWN
 using BodyInfo = tessera_body_info;
 using SceneInfo = tessera_scene_info;
 using ShapeInfo = tessera_shape_info;
@@ -207,6 +208,14 @@ class Client {
   }
   // Asks something of the game: exactly once, in order; at most TESSERA_MAX_COMMAND bytes.
   Error Send(std::string_view bytes) { return Error::Of(tessera_send(get(), bytes.data(), bytes.size())); }
+  // The same, and shows at once the body that the game makes by it; `body` gets the id that it has until an event
+  // says under which one it goes on.
+  //   Spawn ball = TESSERA_SPAWN;
+  //   ball.prefab = "ball";
+  //   if (client.PredictSpawn(ball, "throw", body)) client.Send("throw");  // where nothing is predicted
+  Error PredictSpawn(const Spawn& spawn, std::string_view command, std::uint64_t& body) {
+    return Error::Of(tessera_predict_spawn(get(), &spawn, command.data(), command.size(), &body));
+  }
   // Events that the game sent this player since the last call, each once and in order.
   //   for (const GameEvent& event : client.TakeGameEvents()) {
   //     if (event.name == "score") Draw(std::get<std::int64_t>(event.values.at("points")));
