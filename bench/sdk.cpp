@@ -9,6 +9,7 @@ absl::Status RunSdk(const SuiteOptions& options, Report& report) {
   }
   if (wanted("first_polls")) MeasureFirstPolls(options.quick, report);
   if (wanted("late_polls")) MeasureLatePolls(options.quick, report);
+  if (wanted("throws")) MeasureThrows(options.quick, report);
   return absl::OkStatus();
 }
 

@@ -1,4 +1,5 @@
-// The suite `sdk`: what a game ships, what the client library costs it, and whether any poll costs more than others.
+// The suite `sdk`: what a game ships, what the client library costs it, and whether any poll costs more than others,
+// and how well what a player throws becomes the server's.
 #pragma once
 
 #include "absl/status/status.h"
@@ -13,5 +14,6 @@ absl::Status RunSdk(const SuiteOptions& options, Report& report);
 absl::Status MeasureShip(bool quick, Report& report);
 void MeasureFirstPolls(bool quick, Report& report);
 void MeasureLatePolls(bool quick, Report& report);
+void MeasureThrows(bool quick, Report& report);
 
 }  // namespace tessera::bench

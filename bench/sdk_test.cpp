@@ -30,5 +30,15 @@ TEST(SdkSuiteTest, ALargeMeshIsPredictedOnWithinASecond) {
   EXPECT_GT(Measured(report, "first_polls_ratio"), 0);
 }
 
+TEST(SdkSuiteTest, WhatIsThrownBecomesTheServersWithoutAJump) {
+  Report report("sdk");
+  MeasureThrows(true, report);
+  EXPECT_LT(Measured(report, "spawn_jump_m"), 0.02);
+  EXPECT_GE(Measured(report, "spawn_jump_m"), 0);
+  EXPECT_EQ(Measured(report, "spawns_not_taken"), 0);
+  EXPECT_EQ(Measured(report, "spawn_frames_missing"), 0);
+  EXPECT_EQ(Measured(report, "spawn_frames_doubled"), 0);
+}
+
 }  // namespace
 }  // namespace tessera::bench
