@@ -7,7 +7,7 @@
 namespace tessera::net {
 
 // Version of all UDP traffic and of what instances' keys sign. A hello with another version is refused, naming both.
-inline constexpr std::uint32_t kProtocolVersion = 6;
+inline constexpr std::uint32_t kProtocolVersion = 7;
 
 // Largest UDP payload: ENet's MTU and the bytes that sealing adds. With headers 1232 bytes over IPv4 and 1252 over
 // IPv6, it passes every path that carries 1280 bytes of IP, the least IPv6 allows; some paths silently drop larger

@@ -6,7 +6,7 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 14;
+constexpr std::uint8_t kFormat = 15;
 
 // Flags of a header.
 constexpr std::uint8_t kReconnect = 1, kWasDown = 2, kPromises = 4;

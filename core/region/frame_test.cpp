@@ -71,8 +71,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 14, tick, sender, map version, committed version, flags, number, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{14,   0,    1,    1,    0,    0,    0,    0,    0x80,
+  // Format 15, tick, sender, map version, committed version, flags, number, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{15,   0,    1,    1,    0,    0,    0,    0,    0x80,
                                         0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "ghosts: truncated");
 }

@@ -8,7 +8,7 @@
 namespace tessera::region::log_format {
 
 inline constexpr std::uint8_t kMagic[] = {'T', 'L'};
-inline constexpr std::uint8_t kLogFormat = 8;
+inline constexpr std::uint8_t kLogFormat = 9;
 inline constexpr std::uint8_t kWhole = 1, kChanges = 2;  // kinds of message
 inline constexpr std::uint8_t kTrigger = 1, kBegun = 2;  // flags of a pair
 inline constexpr std::size_t kChecksumBytes = 8;         // at the end

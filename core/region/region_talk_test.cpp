@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "core/game/game_host.h"
+#include "core/game/testing/named_fields.h"
 #include "core/game/testing/scripted_game.h"
 #include "core/region/log.h"
 #include "core/region/region.h"
@@ -30,6 +31,10 @@ class RegionTalkTest : public ::testing::Test {
     Scene scene = Balls({{8, 0, 8}});
     scene.kinds = {""};
     AllowPlayers(scene);
+    Prefab& ball = scene.prefabs.emplace_back();
+    ball.name = "ball";
+    ball.bodies.push_back(scene.bodies[0]);
+    ball.bodies[0].initial = {};
     scene_ = std::make_shared<const Scene>(std::move(scene));
     module_ = game.module();
     one = Make(kOne, with_game);
@@ -198,6 +203,32 @@ TEST_F(RegionTalkTest, ACommandWithAnInputIsGivenInTheTickInWhichThatActs) {
   EXPECT_THAT(got, SizeIs(1));
   Steps(2);
   EXPECT_THAT(got, SizeIs(2)) << "an input that never comes is not waited for";
+}
+
+// The client may hear of the body first from the region that it has flown to, or after a restore.
+TEST_F(RegionTalkTest, ABodyOfACommandSaysSoInItsNextRegionAndInASavedState) {
+  BodyId made;
+  game.On(game::kOnCommand, "", [&](GameCalls& calls, Arguments) {
+    const game::NamedFields options{{"predicted", game::ToInterface(game::GameValue(kTalker))},
+                                    {"velocity", game::ToInterface(game::GameValue(Vec3d{4, 0, 0}))}};
+    const game::GameValue name(std::string("ball")), place(Vec3d{-0.6, 0, 5});
+    EXPECT_TRUE(calls.CallRaw(game::kWorldSpawn,
+                              std::vector{game::ToInterface(name), game::ToInterface(place), options.value()}))
+        << calls.error();
+    made = BodyId(calls.result().as.id);
+    return true;
+  });
+  Begin();
+  Step();
+  ASSERT_TRUE(one->TakeCommand(kTalker, {1, 1, "throw", 0, 1000}).ok());
+  Steps(60);
+  ASSERT_TRUE(two->Owns(made));
+  const auto claim_in = [&](const game::GameRecord& record) { return record.tuning.claim.value_or(SpawnClaim{}); };
+  ASSERT_NE(two->records().Find(made), nullptr);
+  EXPECT_EQ(claim_in(two->records().Find(made)->game), (SpawnClaim{kTalker, 1}));
+  const auto state = DecodeState(two->SaveState(), two->catalog());
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_EQ(claim_in(state->records.at(made).game), (SpawnClaim{kTalker, 1}));
 }
 
 TEST_F(RegionTalkTest, AWorldWithoutAGameTakesNone) {

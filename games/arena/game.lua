@@ -126,7 +126,7 @@ function on_command(player, bytes)
   local eye = body:position() + vec(0, 0.6, 0)
   local wall = world.ray(eye, eye + ahead, { dynamic = false })
   local from = eye + (wall and math.max(wall.distance - BALL_RADIUS, 0) or 1) * ahead
-  local ball = world.spawn("ball", from, { velocity = body:velocity() + THROW_SPEED * ahead })
+  local ball = world.spawn("ball", from, { velocity = body:velocity() + THROW_SPEED * ahead, predicted = player })
   ball.thrower, ball.team = body, body.team
   ball:after(BALL_TICKS, "end")
   body.ready_at = world.tick() + THROW_TICKS
