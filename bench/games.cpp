@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bench/engine.h"
+#include "bench/games_absent.h"
 #include "bench/games_character.h"
 #include "bench/games_commands.h"
 #include "bench/games_reload.h"
@@ -400,6 +401,9 @@ void MeasureMessages(int ticks, int hops, Report& report) {
 absl::Status RunGames(const SuiteOptions& options, Report& report) {
   const auto wanted = [&](const std::string& scene) { return scene.find(options.only) != std::string::npos; };
   const int ticks = options.quick ? 40 : 400;
+  if (wanted("absent")) {
+    if (absl::Status status = MeasureAbsent(report); !status.ok()) return status;
+  }
   if (wanted("callback")) MeasureCallbacks(ticks, report);
   if (wanted("plaza")) MeasurePlaza(ticks, report);
   if (wanted("reload")) MeasureReload(report);

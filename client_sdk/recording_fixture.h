@@ -18,7 +18,7 @@
 namespace tessera::client {
 
 // The bodies that a game sees in a frame, and the number of events up to it.
-struct Seen {
+struct RecordedFrame {
   TimePoint time;
   std::vector<ShownBody> bodies;
   std::size_t events = 0;
@@ -138,7 +138,7 @@ class RecordingTest : public ClientFixture {
   }
 
   std::string file;
-  std::vector<Seen> seen;
+  std::vector<RecordedFrame> seen;
   bool west_had = false;
 };
 

@@ -44,7 +44,7 @@ TEST_F(RecordingTest, PlaysTheSamePosesAndEvents) {
   };
   poll(TimePoint(std::chrono::hours(1)));  // when the recording began
   std::size_t bodies = 0;
-  for (const Seen& then : seen) {
+  for (const RecordedFrame& then : seen) {
     poll(then.time);
     const std::vector<ShownBody> shown = client->Interpolated(then.time);
     ASSERT_EQ(shown.size(), then.bodies.size());

@@ -1,4 +1,4 @@
-// What a game reads through the C interface besides bodies: properties, what regions say of themselves, movements.
+// The C interface gives a game more than bodies: properties, figures of regions, movements.
 #include <gtest/gtest.h>
 
 #include <cstdint>
