@@ -140,7 +140,8 @@ TEST_F(GameTest, WhatAGameDoesIsSeenByPlayersAndOutlivesTheRegionThatDidIt) {
   const std::string log = Tessera({"game", "logs", run_->instance_id()}).out;
   EXPECT_THAT(log, HasSubstr("region " + std::to_string(owner) + " tick"));
   EXPECT_THAT(log, HasSubstr("body 2: hit 1\n"));
-  EXPECT_THAT(log, HasSubstr("body 2: hit " + std::to_string(before + 1) + "\n"));
+  // The next one may have been the victim's, and its line had not left it yet.
+  EXPECT_THAT(log, HasSubstr("body 2: hit " + std::to_string(before + 2) + "\n"));
 }
 
 TEST_F(GameTest, AGameIsStoredWithItsInstanceAndExportedWithItsCheckpoint) {
