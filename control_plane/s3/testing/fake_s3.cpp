@@ -45,10 +45,9 @@ Received Receive(mg_connection* connection) {
     request.headers[absl::AsciiStrToLower(info->http_headers[i].name)] =
         std::string(absl::StripAsciiWhitespace(info->http_headers[i].value));
   }
-  char buffer[65536];
-  for (int n = mg_read(connection, buffer, sizeof buffer); n > 0; n = mg_read(connection, buffer, sizeof buffer)) {
-    request.body.append(buffer, static_cast<std::size_t>(n));
-  }
+  std::string buffer(65536, '\0');  // CivetWeb's threads have little stack
+  const auto read = [&] { return mg_read(connection, buffer.data(), buffer.size()); };
+  for (int n = read(); n > 0; n = read()) request.body.append(buffer, 0, static_cast<std::size_t>(n));
   return request;
 }
 
