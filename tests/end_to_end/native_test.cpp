@@ -13,7 +13,7 @@
 #include "host/temporary_folder.h"
 #include "local_cluster/local_cluster.h"
 #include "tests/end_to_end/world_fixture.h"
-#include "tests/support/asan_options.h"
+#include "tests/support/sanitizer_options.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -148,7 +148,9 @@ class NativeClusterTest : public testing::Test {
 };
 
 TEST_F(NativeClusterTest, AGameThatCrashesThreeWorkersInARowStopsItsWorldWithTheReason) {
-  support::AddAsanOption("handle_segv=0");  // its report would drive the reason out of the last lines
+  for (const char* sanitizer : {"ASAN_OPTIONS", "TSAN_OPTIONS"}) {
+    support::AddSanitizerOption(sanitizer, "handle_segv=0");  // its report would drive the reason out of the last lines
+  }
   Start(games_.path());
   const auto made = Tessera(
       {"instance", "create", "--scene", games_.scene(), "--game", "native:crashes_late", "--regions", "4", "--wait"});
