@@ -127,7 +127,8 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   }
   me.Receive(now);
   me.Correct();
-  me.TellOfThrown(now);
+  if (me.predictor) me.predictor->ExpireThrown(now, me.clock.paused);
+  me.TellOfThrown();
   if (me.state != ClientState::kEnded) {
     me.ReadScene(now);
   }

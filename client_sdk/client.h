@@ -186,6 +186,8 @@ struct ShownBody {
   Pose pose;
   bool extrapolated = false;  // its newest state is older than the moment that is shown
   bool predicted = false;     // as it will be when the inputs already made act
+  // Of a body that PredictSpawn shows and World() does not have yet.
+  Vec3f velocity_m_s{}, spin_rad_s{};
 };
 
 // A player asks for this (core/world/player_input.h): all of it goes to the region, with every input.

@@ -222,6 +222,8 @@ void Client::Impl::EndJoining() {
 void Client::Impl::End(absl::Status why, std::string detail) {
   if (state == ClientState::kEnded) return;
   state = ClientState::kEnded;
+  if (predictor) predictor->DropThrown();
+  TellOfThrown();
   reason = std::move(why);
   if (detail.empty()) detail = std::string(reason.message());
   for (RegionConnection& connection : connections) connection.Stop(network);

@@ -140,7 +140,7 @@ struct Client::Impl {
   void ShowPredicted(TimePoint now, std::vector<ShownBody>& shown);
   // Shows what the player has thrown, and not yet the server's bodies that take its place.
   void ShowThrown(std::vector<ShownBody> thrown, std::vector<ShownBody>& shown) const;
-  void TellOfThrown(TimePoint now);
+  void TellOfThrown();
   void SendInputs(TimePoint now);
   void Push(const PlayerInput& asked);
   bool IsSteering() const;

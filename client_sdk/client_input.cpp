@@ -112,7 +112,12 @@ void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
   std::vector<ShownBody> thrown;
   for (const PredictedBody& body : predictor->At(now, input_clock.Phase(now))) {
     if (body.thrown) {
-      thrown.push_back({.id = body.id, .pose = body.pose, .extrapolated = stale, .predicted = !stale});
+      thrown.push_back({.id = body.id,
+                        .pose = body.pose,
+                        .extrapolated = stale,
+                        .predicted = !stale,
+                        .velocity_m_s = body.velocity_m_s,
+                        .spin_rad_s = body.spin_rad_s});
       continue;
     }
     while (at != shown.end() && at->id < body.id) ++at;
@@ -135,14 +140,11 @@ void Client::Impl::ShowThrown(std::vector<ShownBody> thrown, std::vector<ShownBo
   std::ranges::inplace_merge(shown, shown.begin() + of_server, {}, &ShownBody::id);
 }
 
-void Client::Impl::TellOfThrown(TimePoint now) {
+void Client::Impl::TellOfThrown() {
   if (!predictor) return;
-  predictor->ExpireThrown(now);
   for (const ThrownNews& news : predictor->TakeThrown()) {
     if (news.body == BodyId()) {
-      events.push_back({.kind = ClientEvent::Kind::kSpawnLost,
-                        .body = news.thrown,
-                        .detail = "the game has not made it, or not in time"});
+      events.push_back({.kind = ClientEvent::Kind::kSpawnLost, .body = news.thrown, .detail = news.why});
       continue;
     }
     char metres[32];

@@ -26,8 +26,9 @@ absl::StatusOr<GameEvent> EventFrom(const replication::EventOfGame& sent) {
   return event;
 }
 
-// A body that was thrown waits so much longer than a round trip for the server's.
-constexpr std::chrono::milliseconds kAwaited{500};
+// A body that was thrown waits so much longer than a round trip for the server's, and at least for as long as the game
+// may wait for the command's input, and for so many snapshots.
+constexpr double kAwaited_s = 0.5, kAwaited_snapshots = 3;
 
 // Ground is known about the own body.
 constexpr double kMostFromOwn_m = 20;
@@ -138,6 +139,8 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   if (me.replay) return absl::FailedPreconditionError("a recording takes no commands");
   if (me.Watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  constexpr char kNotYet[] = "nothing is predicted here, or not yet";
+  if (me.fetch) return absl::FailedPreconditionError(kNotYet);
   const std::vector<Prefab>& prefabs = me.session.scene->prefabs;
   const auto prefab = std::ranges::find(prefabs, ask.prefab, &Prefab::name);
   if (prefab == prefabs.end()) {
@@ -150,7 +153,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   const auto own = me.world.bodies().find(me.Own());
   const std::optional<std::uint32_t> number = me.commands.next();
   if (own == me.world.bodies().end() || !me.predictor || !me.predictor->running() || !number || !me.last_poll) {
-    return absl::FailedPreconditionError("nothing is predicted here, or not yet");
+    return absl::FailedPreconditionError(kNotYet);
   }
   const Vec3d from_own = ask.from_own ? ask.motion.position : ask.motion.position - own->second.state.position;
   if (!(Length(from_own) <= kMostFromOwn_m)) {
@@ -162,8 +165,12 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   }
   const absl::Status sent = me.commands.Push(command, ShownAt(me.shown_tick), me.next_input);
   if (!sent.ok()) return sent;
-  const std::chrono::duration<double> round_trip(me.Stats().round_trip_s);
-  const TimePoint until = *me.last_poll + kAwaited + std::chrono::duration_cast<Clock::duration>(round_trip);
+  // The world's ticks may be long: slow motion.
+  const double ticks =
+      game::kMaxCommandWait_ticks + kAwaited_snapshots * me.session.tick_rate_hz / me.session.snapshot_rate_hz;
+  const std::chrono::duration<double> awaited(me.Stats().round_trip_s +
+                                              std::max(kAwaited_s, ticks / std::max(1.0, me.clock.ticks_per_second)));
+  const TimePoint until = *me.last_poll + std::chrono::duration_cast<Clock::duration>(awaited);
   SpawnAsk made = ask;
   made.motion.rotation = Normalized(ask.motion.rotation);
   const auto place = static_cast<std::size_t>(prefab - prefabs.begin());

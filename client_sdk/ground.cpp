@@ -59,16 +59,17 @@ bool Ground::Covers(Vec3d at, double reach_m) const {
   return !search_ || !search_->found || search_->area.Covers(at, reach_m);
 }
 
-void Ground::Work(physics::World& world, Vec3d at, double reach_m, WorkBudget& budget) {
+void Ground::Work(physics::World& world, Vec3d at, double reach_m, WorkBudget& budget, double wish_m) {
   if (!Survey(budget)) return;
   if (search_ && !search_->area.Covers(at, reach_m)) {
     if (search_->found) area_.reset();  // some of its parts have been replaced
     search_.reset();
   }
   if (!search_) {
-    if (area_ && Length(at - area_->centre) <= (area_->radius_m - reach_m) / 2) return;
-    const double radius = std::max(kLeastArea_m, kAreaOfReach * reach_m + kAreaBeyond_m);
-    search_.emplace(Search{.area = {at, radius}, .least_m = reach_m + kLeastBeyond_m});
+    const bool serves = area_ && Length(at - area_->centre) <= (area_->radius_m - reach_m) / 2;
+    if (serves && area_->wished_m >= wish_m) return;
+    const double radius = std::max({kLeastArea_m, kAreaOfReach * reach_m + kAreaBeyond_m, wish_m});
+    search_.emplace(Search{.area = {at, radius, wish_m}, .least_m = reach_m + kLeastBeyond_m});
     Gather(budget);
   }
   if (!search_->found && !Cut(budget)) return;

@@ -35,8 +35,8 @@ class Ground {
 
   // Nothing of the ground is in the world that the next Work gets.
   void Begin();
-  // Requires 0 < reach_m.
-  void Work(physics::World& world, Vec3d at, double reach_m, WorkBudget& budget);
+  // Requires 0 < reach_m. `wish_m`: a larger area is welcome, as far as surfaces are coarse enough for it.
+  void Work(physics::World& world, Vec3d at, double reach_m, WorkBudget& budget, double wish_m = 0);
   bool Covers(Vec3d at, double reach_m) const;
   // Static bodies in the world, and triangles of the pieces among them.
   std::size_t bodies() const { return here_.size(); }
@@ -46,6 +46,7 @@ class Ground {
   struct Area {
     Vec3d centre;
     double radius_m = 0;
+    double wished_m = 0;
     bool Covers(Vec3d at, double reach_m) const { return Length(at - centre) + reach_m <= radius_m; }
   };
   // A body that is to be in the world: whole, or a piece of it.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/blend.h"
@@ -25,15 +26,13 @@ constexpr double kBlend_s = 0.1;
 constexpr double kTeleport_m = 3;
 // In which a body that is touched, or let go, comes from one time to the other.
 constexpr double kChange_s = 0.15;
-// In which a body that was thrown goes back to the time of all others: so slowly that it is not seen to brake.
-constexpr double kLetGo_s = 1.5;
 // The physics' coarse stages count from an origin; further away it is moved.
 constexpr double kMaxFromOrigin_m = 1000;
 // Ground is needed so far about the own body, beyond its own radius: for what stands beside it, and for where all of
 // that gets to in the ticks that are simulated.
 constexpr double kGroundBeyond_m = 2, kGroundHorizon_s = 2 * kHorizon_s, kMostGround_m = 60;
-// And so far while something that was thrown is shown ahead: twice that is built.
-constexpr double kGroundOfThrown_m = 16;
+// And so far, if it is no more work, while something that was thrown is shown ahead.
+constexpr double kGroundOfThrown_m = 34;
 
 // The wire rounds orientations; a character that leans by that would stand elsewhere.
 void StandUpright(BodyState& state) {
@@ -165,8 +164,7 @@ double Predictor::GroundReach(const BodyState& own) const {
 
 void Predictor::Prepare(const BodyState& own, WorkBudget& budget) {
   if (world_ == nullptr) Begin(own.position);
-  const double reach = GroundReach(own);
-  ground_.Work(*world_, own.position, NeedsInputs() ? std::max(reach, kGroundOfThrown_m) : reach, budget);
+  ground_.Work(*world_, own.position, GroundReach(own), budget, NeedsInputs() ? kGroundOfThrown_m : 0);
 }
 
 bool Predictor::HasGround(const BodyState& own) {
@@ -205,6 +203,7 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   base_region_ = own->second.region;
   movement_now_ = MovementAt(tick, last_input);
   movement_after_.clear();
+  LetGo(tick);
   TakeOver(bodies, shown);
   Choose(bodies);
   Place(tick, bodies);
@@ -252,25 +251,26 @@ BodyId Predictor::Met() const {
   return {};
 }
 
-// Assemblies are simulated along whole, since a joint without its other end is another body.
+// Assemblies are simulated along whole, since a joint without its other end is another body. What the own body could
+// touch comes before what others could.
 void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
-  const std::vector<BodyState> centres = Centres(bodies);
-  const double own_radius = RadiusOf(*own_def_.shape);
-  std::vector<std::pair<double, BodyId>> near;
+  const std::vector<Centre> centres = Centres(bodies);
+  std::vector<std::tuple<bool, double, BodyId>> near;  // by others alone, gap in m
   for (const auto& [id, seen] : bodies) {
     const BodyDef* def = DefOf(id);
     if (def == nullptr || id == own_def_.id) continue;
-    double least = std::numeric_limits<double>::infinity();
-    for (const BodyState& centre : centres) {
-      const double gap = Length(seen.state.position - centre.position) - own_radius - RadiusOf(*def->shape);
-      if (gap < kReach_m + kHorizon_s * (Speed(centre) + Speed(seen.state))) least = std::min(least, gap);
+    const double radius = RadiusOf(*def->shape), speed = Speed(seen.state);
+    for (const Centre& centre : centres) {
+      const double gap = Length(seen.state.position - centre.state.position) - centre.radius_m - radius;
+      if (!(gap < kReach_m + kHorizon_s * (Speed(centre.state) + speed))) continue;
+      near.emplace_back(&centre != centres.data(), gap, id);
+      break;
     }
-    if (std::isfinite(least)) near.emplace_back(least, id);
   }
   std::sort(near.begin(), near.end());
   if (near.size() > kMaxPredictedBodies) near.resize(kMaxPredictedBodies);
   std::set<BodyId> chosen{own_def_.id};
-  for (const auto& [gap, id] : near) {
+  for (const auto& [by_others, gap, id] : near) {
     for (const BodyId part : catalog_.AssemblyOf(id)) {
       if (bodies.contains(part)) chosen.insert(part);
     }
@@ -476,17 +476,21 @@ std::vector<PredictedBody> Predictor::At(TimePoint now, double phase) {
     body.offset *= kept;
     body.turn = Share(body.turn, kept);
     const bool here_alone = body.thrown && FindThrown(id) != nullptr;
-    if (body.thrown && !here_alone && !body.touched) {
+    if (body.taken != Tick() && !body.touched) {
       body.weight -= passed_s / kLetGo_s;
     } else {
       body.weight += body.ahead ? passed_s / kChange_s : -passed_s / kChange_s;
     }
     body.weight = std::clamp(body.weight, 0.0, 1.0);
-    body.thrown = body.thrown && body.weight > 0;
+    if (body.weight <= 0) body.thrown = false, body.taken = Tick();
     if (body.weight <= 0) return;
     const Pose raw = Raw(body);
-    shown.push_back(
-        {id, {raw.position + body.offset, Normalized(body.turn * raw.orientation)}, body.weight, here_alone});
+    shown.push_back({.id = id,
+                     .pose = {raw.position + body.offset, Normalized(body.turn * raw.orientation)},
+                     .weight = body.weight,
+                     .thrown = here_alone,
+                     .velocity_m_s = body.now.linear_velocity,
+                     .spin_rad_s = body.now.angular_velocity});
   };
   for (auto& [id, body] : bodies_) show(id, body);
   for (auto& [id, body] : on_paths_) show(id, body);

@@ -45,19 +45,25 @@ struct PredictedBody {
   Pose pose;
   double weight = 1;    // 0: as the server showed it, 1: as predicted; glides between where contacts begin and end
   bool thrown = false;  // here alone: the server's is still to come
+  Vec3f velocity_m_s{}, spin_rad_s{};
 };
 
 // Tells what became of a body that was thrown.
 struct ThrownNews {
   BodyId thrown;     // its id here
-  BodyId body;       // the server's, which it is from now on; 0: it is gone
+  BodyId body;       // the server's, which it is from now on; 0: it is gone, `why`
   double off_m = 0;  // how far the server's was from it, at the same predicted tick
+  const char* why = "";
 };
 
 class Predictor {
  public:
   // Ticks simulated anew at most: beyond a fifth of a second the own body is shown that much late instead.
   static constexpr std::size_t kMaxTicks = 12;
+  // In which a body that was thrown, and is the server's, goes back to the time of all others: so slowly that it is not
+  // seen to brake. So many do at most, beyond them at once.
+  static constexpr double kLetGo_s = 1.5;
+  static constexpr std::size_t kMaxLetGo = 24;
 
   Predictor(const std::shared_ptr<const Scene>& scene, PlayerNumber player);
 
@@ -91,7 +97,10 @@ class Predictor {
   // It is there when `input`, the next one, is simulated. Requires running(), and a prefab of one body.
   BodyId Throw(const SpawnAsk& ask, std::size_t prefab, SpawnClaim claim, std::uint32_t input, TimePoint until);
   std::size_t thrown() const { return thrown_.size(); }
-  void ExpireThrown(TimePoint now);
+  // Once a poll. While the world is paused, nothing is waited for.
+  void ExpireThrown(TimePoint now, bool paused);
+  // Nothing is simulated any more, so nothing can be shown.
+  void DropThrown();
   // Whether the server has a body that takes the place of one that is still shown here.
   bool Awaits(const BodyTuning& tuning) const;
   // Whether bodies are shown ahead that inputs have to move on, be there a reason for them or not.
@@ -120,6 +129,7 @@ class Predictor {
     bool touched = false;  // by the own body, itself or through others, in the last simulation
     bool ahead = false;    // the same, or by one that was thrown: it is shown as predicted
     bool thrown = false;   // it was, and is shown as predicted still
+    Tick taken{};          // when the server's took its place; 0: it has not, or is one of all others by now
   };
   // One that the server has not sent yet.
   struct Thrown {
@@ -162,9 +172,13 @@ class Predictor {
   void TakeOver(const std::map<BodyId, SeenBody>& bodies, std::map<BodyId, Pose>& shown);
   void PlaceThrown(Thrown& thrown);
   void NoteThrown(std::uint32_t input);
-  void DropThrown();
+  void LetGo(Tick tick);
   void Unthrow(const Thrown& thrown);
-  std::vector<BodyState> Centres(const std::map<BodyId, SeenBody>& bodies) const;
+  struct Centre {
+    BodyState state;
+    double radius_m = 0;
+  };
+  std::vector<Centre> Centres(const std::map<BodyId, SeenBody>& bodies) const;
   Pose Raw(const Body& body) const;
   const BodyDef* DefOf(BodyId id) const;
   BodyId Met() const;
@@ -205,6 +219,7 @@ class Predictor {
   std::vector<Thrown> thrown_;
   std::uint32_t throws_ = 0;
   std::vector<ThrownNews> thrown_news_;
+  std::optional<TimePoint> polled_at_;
   // The own body's region and the newest input, at the base.
   RegionId base_region_;
   std::uint32_t base_input_ = 0;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client_sdk/predictor.h"
+#include "client_sdk/shape_radius.h"
 #include "core/world/prefab.h"
 #include "core/world/spawned_id.h"
 
@@ -62,17 +63,33 @@ void Predictor::Unthrow(const Thrown& thrown) {
   bodies_.erase(id);
 }
 
-void Predictor::ExpireThrown(TimePoint now) {
-  std::erase_if(thrown_, [&](const Thrown& thrown) {
+void Predictor::ExpireThrown(TimePoint now, bool paused) {
+  const TimePoint before = std::exchange(polled_at_, now).value_or(now);
+  std::erase_if(thrown_, [&](Thrown& thrown) {
+    if (paused) thrown.until += now - before;
     if (now < thrown.until) return false;
     Unthrow(thrown);
-    thrown_news_.push_back({.thrown = thrown.def.id, .body = BodyId()});
+    thrown_news_.push_back({.thrown = thrown.def.id, .why = "the game has not made it, or not in time"});
     return true;
   });
 }
 
-// Nothing is simulated any more, so nothing can be shown.
-void Predictor::DropThrown() { ExpireThrown(TimePoint::max()); }
+void Predictor::DropThrown() {
+  for (const Thrown& thrown : std::exchange(thrown_, {})) {
+    Unthrow(thrown);
+    thrown_news_.push_back({.thrown = thrown.def.id, .why = "nothing is predicted any more"});
+  }
+}
+
+// Whatever they touch, and whether or not anybody looks: each that is shown ahead costs steps and inputs.
+void Predictor::LetGo(Tick tick) {
+  std::size_t going = 0;
+  for (auto& [id, body] : bodies_) {
+    if (body.taken == Tick()) continue;
+    const bool gone = static_cast<double>(tick - body.taken) * tick_s_ >= kLetGo_s || ++going > kMaxLetGo;
+    if (gone) body.thrown = false, body.taken = Tick();
+  }
+}
 
 // The server's bodies take the places of those that were shown for them, wherever these are now.
 void Predictor::TakeOver(const std::map<BodyId, SeenBody>& bodies, std::map<BodyId, Pose>& shown) {
@@ -82,7 +99,8 @@ void Predictor::TakeOver(const std::map<BodyId, SeenBody>& bodies, std::map<Body
     const auto thrown = std::ranges::find(thrown_, *seen->second.tuning.claim, &Thrown::claim);
     if (thrown == thrown_.end()) continue;
     const BodyId id = thrown->def.id;
-    const Body body = bodies_.at(id);
+    Body body = bodies_.at(id);
+    body.taken = *base_tick_;
     shown.insert_or_assign(seen->first, shown.at(id));
     Unthrow(*thrown);
     bodies_.insert_or_assign(seen->first, body);
@@ -131,12 +149,15 @@ void Predictor::NoteThrown(std::uint32_t input) {
 }
 
 // Where bodies are simulated about: the own one, and those that were thrown.
-std::vector<BodyState> Predictor::Centres(const std::map<BodyId, SeenBody>& bodies) const {
-  std::vector<BodyState> centres{bodies.at(own_def_.id).state};
+std::vector<Predictor::Centre> Predictor::Centres(const std::map<BodyId, SeenBody>& bodies) const {
+  std::vector<Centre> centres{{bodies.at(own_def_.id).state, RadiusOf(*own_def_.shape)}};
   for (const auto& [id, body] : bodies_) {
     if (!body.thrown) continue;
     const auto seen = bodies.find(id);
-    centres.push_back(seen == bodies.end() ? body.now : seen->second.state);
+    const Thrown* const thrown = FindThrown(id);
+    const BodyDef* const def = thrown != nullptr ? &thrown->def : DefOf(id);
+    if (def == nullptr) continue;
+    centres.push_back({seen == bodies.end() ? body.now : seen->second.state, RadiusOf(*def->shape)});
   }
   return centres;
 }

@@ -1,5 +1,5 @@
 // ThrowStage: a world in this process whose player throws balls, over a network as bad as asked, in virtual time. For
-// tests, and for the figure of predicted spawns that docs/benchmarks.md has.
+// tests, and for the figure of predicted spawns that `./dev bench sdk` has.
 //
 //   ThrowStage stage({.delay = std::chrono::milliseconds(50)});   // 100 ms there and back
 //   if (!stage.Begin()) ...
@@ -74,6 +74,7 @@ end)lua";
     if (absl::Status status = world->Advance(now); !status.ok()) return Fail(status);
     while (const auto line = world->TakeLine()) lines.push_back(line->text);
     for (const ClientEvent& event : client->Poll(now)) Take(event);
+    if (!looks) return true;
     shown = client->Interpolated(now);
     if (begun_) Check();
     return true;
@@ -116,7 +117,7 @@ end)lua";
   // How far the server's bodies were from those that were shown for them.
   const std::vector<double>& jumps() const { return jumps_; }
   std::size_t taken() const { return jumps_.size(); }
-  std::size_t lost() const { return lost_; }
+  std::size_t lost() const { return why_lost.size(); }
   // Frames in which a ball that was thrown was not drawn, or drawn twice, or one was drawn that nobody had thrown.
   std::size_t missing() const { return missing_; }
   std::size_t doubled() const { return doubled_; }
@@ -127,6 +128,8 @@ end)lua";
   TimePoint now{std::chrono::hours(1)};
   std::vector<ShownBody> shown;
   std::vector<std::string> lines;  // that the game has printed, and its errors
+  std::vector<std::string> why_lost;
+  bool looks = true;  // at the picture of each frame
 
  private:
   struct Ball {
@@ -166,7 +169,7 @@ end)lua";
       }
     }
     const bool gone = event.kind == ClientEvent::Kind::kSpawnLost || event.kind == ClientEvent::Kind::kVanished;
-    if (event.kind == ClientEvent::Kind::kSpawnLost) ++lost_;
+    if (event.kind == ClientEvent::Kind::kSpawnLost) why_lost.push_back(event.detail);
     if (gone) std::erase_if(balls_, [&](const Ball& ball) { return ball.id == event.body; });
   }
   void Check() {
@@ -181,7 +184,7 @@ end)lua";
   bool begun_ = false;
   std::vector<Ball> balls_;
   std::vector<double> jumps_;
-  std::size_t lost_ = 0, missing_ = 0, doubled_ = 0;
+  std::size_t missing_ = 0, doubled_ = 0;
 };
 
 }  // namespace tessera::client

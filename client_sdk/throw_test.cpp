@@ -116,6 +116,47 @@ TEST(ThrowTest, ABallOfTheSameKindIsNotTakenForIt) {
   EXPECT_EQ(stage.taken(), 0U);
 }
 
+// It flies, and still has a velocity to draw a trail by, before the server has it.
+TEST(ThrowTest, ABallHasItsVelocityFromTheFirstFrameOn) {
+  ThrowStage stage(kFar);
+  ASSERT_TRUE(stage.Begin()) << stage.error;
+  const auto thrown = stage.Throw({3, 4, 0});
+  ASSERT_TRUE(thrown.ok()) << thrown.status();
+  ASSERT_TRUE(stage.Run(0.07)) << stage.error;
+  ASSERT_NE(stage.Find(*thrown), nullptr);
+  EXPECT_NEAR(stage.Find(*thrown)->velocity_m_s.x, 3, 0.1);
+}
+
+// Each ball that is simulated ahead costs steps and inputs, so it ends also where nobody draws.
+TEST(ThrowTest, WhoDoesNotLookSimulatesItNoLongerThanOthers) {
+  ThrowStage stage(kFar);
+  ASSERT_TRUE(stage.Begin()) << stage.error;
+  stage.client->Move({}, {});
+  ASSERT_TRUE(stage.Throw({6, 5, 0}).ok());
+  ASSERT_TRUE(stage.Run(0.5)) << stage.error;
+  ASSERT_EQ(stage.taken(), 1U);
+  const auto is_ball = [](const ShownBody& body) { return IsSpawned(body.id); };
+  ASSERT_TRUE(std::ranges::find_if(stage.shown, is_ball)->predicted);
+  stage.looks = false;
+  ASSERT_TRUE(stage.Run(2)) << stage.error;
+  stage.shown = stage.client->Interpolated(stage.now);
+  const auto ball = std::ranges::find_if(stage.shown, is_ball);
+  ASSERT_NE(ball, stage.shown.end());
+  EXPECT_FALSE(ball->predicted);
+}
+
+TEST(ThrowTest, WhoLeavesIsToldThatItIsGone) {
+  ThrowStage stage(kFar);
+  ASSERT_TRUE(stage.Begin()) << stage.error;
+  const auto thrown = stage.Throw({0, 3, 0});
+  ASSERT_TRUE(thrown.ok()) << thrown.status();
+  ASSERT_TRUE(stage.Frame()) << stage.error;
+  (void)stage.client->Leave();
+  ASSERT_TRUE(stage.Run(1)) << stage.error;
+  EXPECT_EQ(stage.why_lost, std::vector<std::string>{"nothing is predicted any more"});
+  EXPECT_EQ(stage.Find(*thrown), nullptr);
+}
+
 TEST(ThrowTest, WhatIsWrongIsNamedAndNothingIsSent) {
   ThrowStage stage(kFar);
   ASSERT_TRUE(stage.Begin()) << stage.error;

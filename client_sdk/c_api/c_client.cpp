@@ -155,11 +155,13 @@ size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodi
     auto* at = reinterpret_cast<char*>(bodies);
     for (size_t i = 0; i < std::min(shown.size(), capacity); ++i, at += stride) {
       const auto seen = client.World().find(shown[i].id);
-      // One with a path is no region's.
-      client::SeenBody on_path{};
-      on_path.id = shown[i].id;
+      // One with a path, or that is predicted alone, is no region's.
+      client::SeenBody of_nobody{};
+      of_nobody.id = shown[i].id;
+      of_nobody.state.linear_velocity = shown[i].velocity_m_s;
+      of_nobody.state.angular_velocity = shown[i].spin_rad_s;
       tessera_body body =
-          BodyFrom(seen == client.World().end() ? on_path : seen->second, shown[i].pose, client.own_body());
+          BodyFrom(seen == client.World().end() ? of_nobody : seen->second, shown[i].pose, client.own_body());
       if (shown[i].extrapolated) body.flags |= TESSERA_BODY_EXTRAPOLATED;
       if (shown[i].predicted) body.flags |= TESSERA_BODY_PREDICTED;
       body.size = static_cast<uint32_t>(stride);

@@ -186,7 +186,7 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
   SettleAllControl(world);
   Call(world, kOnTick, BodyId(), 0, {});
   RunJoins(players.joined, world);
-  RunCommands(world);
+  RunCommands(players.leaving, world);
   RunLeaves(players.leaving, world);
   RunEvents(world);
   RunMessages(world);

@@ -167,7 +167,7 @@ class GameHost {
   void SettleAllControl(GameWorld& world);
   void TellOfControl(std::span<const ControlNews> news, GameWorld& world);
   void RunJoins(std::span<const PlayerNumber> joined, GameWorld& world);
-  void RunCommands(GameWorld& world);
+  void RunCommands(std::span<const PlayerNumber> leaving, GameWorld& world);
   void RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world);
   void RunEvents(GameWorld& world);
   void RunToldEvent(BodyId target, const HeldMessage& message, GameWorld& world);

@@ -87,18 +87,22 @@ void GameHost::RunJoins(std::span<const PlayerNumber> joined, GameWorld& world) 
 }
 
 // A command is over whether its callback fails or not. One that goes with an input waits for it, and what comes after
-// it waits too.
-void GameHost::RunCommands(GameWorld& world) {
+// it waits too; not for longer than commands ever do, nor if the player goes now.
+void GameHost::RunCommands(std::span<const PlayerNumber> leaving, GameWorld& world) {
   for (const BodyId id : world.Commanded()) {
     const SharedPlayerRecord record = world.RecordOf(id).player;
     const std::vector<WaitingCommand> commands = record->commands;
     const PlayerInput* const input = world.InputOf(PlayerOf(id));
     const std::uint32_t acted = input == nullptr ? 0 : input->number;
+    const bool leaves = std::ranges::find(leaving, PlayerOf(id)) != leaving.end();
+    const auto waits = [&](const WaitingCommand& command) {
+      return command.with_input > acted && tick_ < command.due && command.due <= tick_ + kMaxCommandWait_ticks;
+    };
     std::uint32_t number = record->last_command - static_cast<std::uint32_t>(commands.size());
     for (const WaitingCommand& command : commands) {
       ++number;
       if (Exhausted()) return;
-      if (command.with_input > acted && tick_ < command.due) break;
+      if (!leaves && waits(command)) break;
       std::array<tessera_game_value, 2> arguments{ToInterface(GameValue(PlayerOf(id)))};
       arguments[1].type = TESSERA_GAME_TEXT;
       arguments[1].count = static_cast<std::uint32_t>(command.bytes.size());

@@ -333,7 +333,7 @@ TEST_F(PlayerCallsTest, ACommandThatGoesWithAnInputComesInTheTickInWhichThatHasA
   record().player.Change().last_command = 3;
   record().player.Change().commands = {"a", "b", "c"};
   record().player.Change().commands[1].with_input = 8;
-  record().player.Change().commands[1].due = Tick(100);
+  record().player.Change().commands[1].due = Tick(12);
   std::vector<std::string> got;
   game.On(kOnCommand, "", [&](GameCalls&, GivenArguments arguments) {
     got.emplace_back(arguments[1].as.text, arguments[1].count);
@@ -364,6 +364,40 @@ TEST_F(PlayerCallsTest, ACommandWaitsForAnInputThatNeverComesUntilItIsDue) {
   EXPECT_EQ(calls_of_it, 0);
   Run();
   EXPECT_EQ(calls_of_it, 1);
+}
+
+// No region asks for such a wait; a record of a faulty neighbour could.
+TEST_F(PlayerCallsTest, NoCommandWaitsForLongerThanCommandsDo) {
+  record().player.Change().last_command = 1;
+  record().player.Change().commands = {"a"};
+  record().player.Change().commands[0].with_input = 1000;
+  record().player.Change().commands[0].due = Tick(1 + kMaxCommandWait_ticks + 1);
+  int calls_of_it = 0;
+  game.On(kOnCommand, "", [&](GameCalls&, GivenArguments) { return ++calls_of_it > 0; });
+  Load();
+  Run();
+  EXPECT_EQ(calls_of_it, 1);
+}
+
+TEST_F(PlayerCallsTest, WhatWaitsForAnInputIsGivenBeforeThePlayerGoes) {
+  record().player.Change().last_command = 2;
+  record().player.Change().commands = {"a", "b"};
+  record().player.Change().commands[0].with_input = 1000;
+  record().player.Change().commands[0].due = Tick(10);
+  std::vector<std::string> got;
+  game.On(kOnCommand, "", [&](GameCalls&, GivenArguments arguments) {
+    got.emplace_back(arguments[1].as.text, arguments[1].count);
+    return true;
+  });
+  game.On(kOnLeave, "", [&](GameCalls&, GivenArguments) {
+    got.emplace_back("left");
+    return true;
+  });
+  Load();
+  Run();
+  EXPECT_THAT(got, IsEmpty());
+  Run({.joined = {}, .leaving = {kAda}});
+  EXPECT_THAT(got, ElementsAre("a", "b", "left"));
 }
 
 }  // namespace

@@ -96,6 +96,9 @@ TEST(RecordCodecTest, FullRecordsComeBackExactly) {
     if (i % 13 == 0)
       traits = {.jumps = static_cast<std::uint8_t>(i),
                 .tuning = {.gravity_scale = -1.5f, .friction = 2.0f, .restitution = {}}};
+    if (i % 26 == 0) traits.tuning.restitution = 0.5f;
+    if (i % 26 == 0)
+      traits.tuning.claim = SpawnClaim{PlayerNumber(0xffffffff), 0xffffffff - static_cast<std::uint32_t>(i)};
     BitWriter writer;
     PackFull(quantizer, epoch, state, traits).AppendTo(writer);
     const std::vector<std::uint8_t> bytes = writer.Finish();

@@ -10,8 +10,9 @@
 //   changes    fast list
 //   full list  {1, id gap b, full}* 0
 //   full       epoch eg(1), asleep 1, in bounds 1, traits 1, if there are any: jumps 8, gravity, friction and restitution,
-//              each 0: the scene's, or 1, float 32; x, y, z (of fixed widths in bounds, eg(20) beyond), orientation,
-//              unless asleep: linear and angular velocity, each 0: none, or 1, three eg(6)
+//              each 0: the scene's, or 1, float 32, claim 0: none, or 1, player 32, command 32; x, y, z (of fixed widths in
+//              bounds, eg(20) beyond), orientation, unless asleep: linear and angular velocity, each 0: none, or 1,
+//              three eg(6)
 //   orientation largest 2, three components of fixed width
 //   properties {1, id gap b, length b, bytes}* 0: of bodies among the changes and full records (core/world/properties.h)
 //   zeros to the byte

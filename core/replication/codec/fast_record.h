@@ -40,8 +40,8 @@ struct PackedView {
 // A record's bits, ready to be appended to any datagram.
 struct PackedRecord {
   // 4 flags, 3 residuals of 47 bits in up to 95 each, which is largest in 3, 3 residuals of 18 bits in up to 37 each. A
-  // full record (record_codec.h) takes up to 693.
-  static constexpr std::size_t kMaxWords = 11;
+  // full record (record_codec.h) takes up to 758.
+  static constexpr std::size_t kMaxWords = 12;
   std::array<std::uint64_t, kMaxWords> words{};
   int bits = 0;
 
