@@ -35,9 +35,6 @@ struct PlayerEvent {
   friend bool operator==(const PlayerEvent&, const PlayerEvent&) = default;
 };
 
-// Ticks for which a command waits for the input that it goes with: longer than the two are ever apart.
-inline constexpr std::uint64_t kMaxCommandWait_ticks = 12;
-
 struct WaitingCommand {
   std::string bytes;
   std::uint64_t shown_at = 0;  // as PlayerInput::shown_at, when the client gave it

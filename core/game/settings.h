@@ -21,6 +21,8 @@ inline constexpr std::size_t kMaxKeptEvents = 1'024;
 // The most events that one body takes along to another region; the later ones are dropped and counted. More, and a
 // grant grows.
 inline constexpr std::size_t kMaxCarriedEvents = 256;
+// For which a command waits for the input that it goes with: longer than the two are ever apart.
+inline constexpr std::uint64_t kMaxCommandWait_ticks = 12;
 inline constexpr std::size_t kMaxTimers = 16;  // for each body
 inline constexpr std::int64_t kMaxTimerTicks = 1'000'000;
 inline constexpr std::size_t kMaxForces = 4;            // on a body, that act for a time
