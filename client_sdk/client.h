@@ -186,7 +186,7 @@ struct ShownBody {
   Pose pose;
   bool extrapolated = false;  // its newest state is older than the moment that is shown
   bool predicted = false;     // as it will be when the inputs already made act
-  // Of a body that PredictSpawn shows and World() does not have yet.
+  // While PredictSpawn alone shows it; once World() has it they are 0.
   Vec3f velocity_m_s{}, spin_rad_s{};
 };
 

@@ -190,8 +190,8 @@ enum {
   /* The game has made what tessera_predict_spawn showed. body: its id from now on, region, other: the id until now,
    * detail: how far the two were apart, which is blended away. */
   TESSERA_EVENT_SPAWN_TAKEN = 21,
-  /* body: the id of tessera_predict_spawn. It is gone: the game did not make it, or not in time, or nothing is predicted
-   * any more, as when the client ends; then the game may make it still. detail: which. */
+  /* body: the id of tessera_predict_spawn. It is gone: the game did not make it, or not in time, or nothing is
+   * predicted any more, as when the client ends; then the game may make it still. detail: which. */
   TESSERA_EVENT_SPAWN_LOST = 22
 };
 
@@ -259,10 +259,11 @@ enum { TESSERA_MAX_PREDICTED_SPAWNS = 16 };
  * tessera_bodies at once, of region 0 and with TESSERA_BODY_PREDICTED, under the id that `body` gets (which may be
  * NULL), simulated as the own body is. TESSERA_EVENT_SPAWN_TAKEN says under which id it goes on once the game has made
  * it, or TESSERA_EVENT_SPAWN_LOST, half a second and a round trip later, or more where the world's ticks are long, that
- * it does not. tessera_find_body does not have it before. The game gets the command when the next input has acted. Where it fails nothing is sent; a game calls tessera_send then. Beside the errors of
- * tessera_send: TESSERA_NOT_FOUND (the scene has no such prefab), TESSERA_INVALID_ARGUMENT (naming the field, or a
- * prefab of several bodies), TESSERA_RESOURCE_EXHAUSTED (TESSERA_MAX_PREDICTED_SPAWNS are shown already),
- * TESSERA_FAILED_PRECONDITION (nothing is predicted, or not yet, or the world is paused). */
+ * it does not. tessera_find_body does not have it before. The game gets the command when the next input has acted.
+ * Where it fails nothing is sent; a game calls tessera_send then. Beside the errors of tessera_send: TESSERA_NOT_FOUND
+ * (the scene has no such prefab), TESSERA_INVALID_ARGUMENT (naming the field, or a prefab of several bodies),
+ * TESSERA_RESOURCE_EXHAUSTED (TESSERA_MAX_PREDICTED_SPAWNS are shown already), TESSERA_FAILED_PRECONDITION (nothing is
+ * predicted, or not yet, or the world is paused). */
 TESSERA_API tessera_code tessera_predict_spawn(tessera_client* client, const tessera_spawn* spawn, const void* command,
                                                size_t command_size, uint64_t* body);
 
