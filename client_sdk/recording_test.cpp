@@ -12,6 +12,8 @@
 namespace tessera::client {
 namespace {
 
+using replication::BodyRecord;
+using replication::DepartureRecord;
 using testing::HasSubstr;
 
 std::string Read(const std::string& file) {
