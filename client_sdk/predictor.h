@@ -50,8 +50,8 @@ struct PredictedBody {
 
 // Tells what became of a body that was thrown.
 struct ThrownNews {
-  BodyId thrown;     // its id here
-  BodyId body;       // the server's, which it is from now on; 0: it is gone, `why`
+  BodyId thrown{};   // its id here
+  BodyId body{};     // the server's, which it is from now on; 0: it is gone, `why`
   double off_m = 0;  // how far the server's was from it, at the same predicted tick
   const char* why = "";
 };
