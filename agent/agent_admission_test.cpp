@@ -179,6 +179,7 @@ TEST_F(AgentAdmissionTest, AKernelWithoutLandlockIsWarnedOfWhereWorkersAreToBeIn
   std::thread on_such_a_kernel([&] {
     ASSERT_TRUE(host::HideLandlock());
     const auto warns = StartAdmitted();
+    ASSERT_TRUE(warns->WaitForText("control plane connected")) << "or its successor has no identity";
     EXPECT_THAT(warns->Output(), HasSubstr(std::string(kWarning) + "Function not implemented\""));
     warns->Signal(SIGTERM);
     EXPECT_EQ(warns->Wait(), Exited(0));
