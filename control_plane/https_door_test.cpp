@@ -281,14 +281,15 @@ TEST_F(HttpsDoorTest, AnAddressHasSoManyConnectionsAndGetsThemBack) {
 
 // The gRPC door for players shows whoever asks who plays: by name, not by account.
 TEST_F(HttpsDoorTest, StrangersAreShownNoAccounts) {
+  // Before there is another server: the fixture's host says nothing more, and is lost five seconds after it came.
+  const std::string id = Instance();
+  ASSERT_EQ(Post("/v1/join", {{"ticket", game_.MakeText("ada", Time())}, {"instance", id}}).status, 200);
   const host::TemporaryFolder folder;
   const std::string fingerprint = trust::ReadCertificate(authority_.certificate)->fingerprint;
   const auto server =
       GrpcServer::Start({.socket = folder.path() + "/control.sock", .operators = {}, .players = "127.0.0.1:0"},
                         Authority{.signer = authority_, .fingerprint = fingerprint}, *plane_, metrics_);
   ASSERT_TRUE(server.ok()) << server.status();
-  const std::string id = Instance();
-  ASSERT_EQ(Post("/v1/join", {{"ticket", game_.MakeText("ada", Time())}, {"instance", id}}).status, 200);
   v1::GetInstanceRequest request;
   request.set_id(id);
   const auto shown = [&](const std::string& address) {
