@@ -20,12 +20,8 @@ namespace {
 constexpr double kReach_m = 0.5, kHorizon_s = 0.2;
 constexpr std::size_t kMaxPredictedBodies = 48;
 constexpr std::size_t kMaxUntaken = 64;  // corrections that nobody has asked for
-// A correction fades to a third in this time: fast enough to be true soon, too slow to be seen as a jump.
-constexpr double kBlend_s = 0.1;
 // A body that is off by more than this was moved on purpose.
 constexpr double kTeleport_m = 3;
-// In which a body that is touched, or let go, comes from one time to the other.
-constexpr double kChange_s = 0.15;
 // The physics' coarse stages count from an origin; further away it is moved.
 constexpr double kMaxFromOrigin_m = 1000;
 // Ground is needed so far about the own body, beyond its own radius: for what stands beside it, and for where all of
@@ -457,45 +453,6 @@ void Predictor::Spread(bool Body::*mark) {
       a->second.*mark = b->second.*mark = more = true;
     }
   }
-}
-
-Pose Predictor::Raw(const Body& body) const {
-  return Between({body.before.position, body.before.orientation}, {body.now.position, body.now.orientation}, phase_);
-}
-
-std::vector<PredictedBody> Predictor::At(TimePoint now, double phase) {
-  std::vector<PredictedBody> shown;
-  if (!running()) return shown;
-  // If not all inputs are simulated, the newest state is shown until the server's next one.
-  phase_ = simulated_ < inputs_.size() ? 1 : std::clamp(phase, 0.0, 1.0);
-  const double passed_s =
-      shown_at_.has_value() ? std::max(0.0, std::chrono::duration<double>(now - *shown_at_).count()) : 0;
-  shown_at_ = now;
-  const double kept = std::exp(-passed_s / kBlend_s);
-  const auto show = [&](BodyId id, Body& body) {
-    body.offset *= kept;
-    body.turn = Share(body.turn, kept);
-    const bool here_alone = body.thrown && FindThrown(id) != nullptr;
-    if (body.taken != Tick() && !body.touched) {
-      body.weight -= passed_s / kLetGo_s;
-    } else {
-      body.weight += body.ahead ? passed_s / kChange_s : -passed_s / kChange_s;
-    }
-    body.weight = std::clamp(body.weight, 0.0, 1.0);
-    if (body.weight <= 0) body.thrown = false, body.taken = Tick();
-    if (body.weight <= 0) return;
-    const Pose raw = Raw(body);
-    shown.push_back({.id = id,
-                     .pose = {raw.position + body.offset, Normalized(body.turn * raw.orientation)},
-                     .weight = body.weight,
-                     .thrown = here_alone,
-                     .velocity_m_s = body.now.linear_velocity,
-                     .spin_rad_s = body.now.angular_velocity});
-  };
-  for (auto& [id, body] : bodies_) show(id, body);
-  for (auto& [id, body] : on_paths_) show(id, body);
-  std::ranges::sort(shown, {}, &PredictedBody::id);
-  return shown;
 }
 
 }  // namespace tessera::client
