@@ -49,6 +49,7 @@ Agent::Agent(const AgentOptions& options, std::unique_ptr<StateDir> state)
       loop_(std::make_shared<EventLoop>()),
       state_(std::move(state)),
       boot_id_(host::BootId()),
+      revocations_(*state_),
       notify_(loop_),
       supervisor_(
           options_.ports,
@@ -86,6 +87,7 @@ absl::Status Agent::Prepare() {
   auto identity = state_->LoadIdentity();
   if (!identity.ok()) return identity.status();
   identity_ = *std::move(identity);
+  BeginRevocations();
   if (absl::Status status = identity_ ? absl::OkStatus() : FindJoinToken(); !status.ok()) return status;
   if (!options_.ready_file.empty()) {
     std::error_code ignored;

@@ -20,6 +20,7 @@
 #include "agent/content_cache.h"
 #include "agent/control_session.h"
 #include "agent/event_loop.h"
+#include "agent/kept_revocations.h"
 #include "agent/module_watch.h"
 #include "agent/options.h"
 #include "agent/service_notify.h"
@@ -71,6 +72,9 @@ class Agent {
   void OnAdmitted(const v1::Admitted& admitted);
   absl::Status KeepIdentity(const v1::Admitted& admitted);
   void KeepLife(std::uint64_t life);
+  void BeginRevocations();
+  void TakeRevocations(const v1::SignedRevocations& list);
+  void KeepRevocations();
   void OnDesired(const v1::DesiredSet& set);
   void OnRefused(const absl::Status& status);
   void OnAway();
@@ -109,6 +113,9 @@ class Agent {
   std::optional<HostIdentity> identity_;
   std::string requested_key_;  // PEM, secret: for the certificate that the next hello requests; empty: none
   TimePoint next_renewal_;     // none is requested before, unless with a join token
+  KeptRevocations revocations_;
+  std::optional<v1::SignedRevocations> unkept_revocations_;  // the disk did not take it yet
+  std::string revocations_trouble_;                          // why the last one is not kept; logged once
   AgentMetrics metrics_;
   ServiceNotify notify_;
   Supervisor supervisor_;

@@ -39,6 +39,7 @@ v1::AgentHello Agent::Hello() const {
   hello.set_version(TESSERA_VERSION);
   hello.set_boot_id(boot_id_);
   *hello.mutable_game_modules() = game_modules_;
+  hello.set_revocations_number(revocations_.number());
   for (v1::WorkerReport& report : supervisor_.Reports()) *hello.add_workers() = std::move(report);
   return hello;
 }
@@ -59,6 +60,7 @@ v1::AgentHeartbeat Agent::Heartbeat() {
   heartbeat.mutable_time()->set_nanos(static_cast<int>(std::chrono::nanoseconds(time - seconds).count()));
   for (v1::WorkerReport& report : supervisor_.Reports()) *heartbeat.add_workers() = std::move(report);
   metrics_.Heartbeat();
+  KeepRevocations();
   return heartbeat;
 }
 
@@ -85,6 +87,11 @@ void Agent::OnAdmitted(const v1::Admitted& admitted) {
     *message.mutable_inventory() = inventory;
     session_->Send(std::move(message));
   }
+  if (admitted.report_revocations() && revocations_.number() > 0) {
+    v1::AgentMessage message;
+    *message.mutable_revocations() = revocations_.newest();
+    session_->Send(std::move(message));
+  }
   if (admitted.report_orders()) {
     v1::AgentMessage message;
     *message.mutable_held_orders() = supervisor_.HeldOrders();
@@ -99,6 +106,7 @@ absl::Status Agent::KeepIdentity(const v1::Admitted& admitted) {
   identity.set_host_id(admitted.host_id());
   identity.set_host_name(admitted.host_name());
   if (!admitted.host_secret().empty()) identity.set_host_secret(admitted.host_secret());
+  if (identity.revocations_key().empty()) identity.set_revocations_key(admitted.revocations_key());
   if (!admitted.certificate().empty()) {
     identity.set_certificate(admitted.certificate());
     identity.set_authority(admitted.authority());
@@ -110,8 +118,52 @@ absl::Status Agent::KeepIdentity(const v1::Admitted& admitted) {
   }
   const bool same = identity_ && identity_->SerializeAsString() == identity.SerializeAsString();
   if (absl::Status status = same ? absl::OkStatus() : state_->SaveIdentity(identity); !status.ok()) return status;
+  const bool first_key = !identity_ || identity_->revocations_key() != identity.revocations_key();
   identity_ = std::move(identity);
+  if (first_key) BeginRevocations();
+  if (!admitted.revocations_key().empty() && identity_->revocations_key() != admitted.revocations_key()) {
+    spdlog::error(
+        "the control plane signs revocations with another key than {} has: its lists are refused, and workers "
+        "get no leases once there is one; to begin anew, remove the host and add it again",
+        state_->IdentityPath());
+  }
   return absl::OkStatus();
+}
+
+// --- Revocations
+
+void Agent::BeginRevocations() {
+  if (!identity_ || identity_->revocations_key().empty()) return;
+  if (absl::Status status = revocations_.Begin(identity_->revocations_key()); !status.ok()) {
+    spdlog::warn("kept revocations count for nothing error={}", LogValue(std::string(status.message())));
+  }
+  supervisor_.SetRevoked(revocations_.lives());
+}
+
+// Before the orders that come with it are acted on.
+void Agent::TakeRevocations(const v1::SignedRevocations& list) {
+  unkept_revocations_ = list;
+  KeepRevocations();
+}
+
+// Where the disk does not take the list it is tried again with each heartbeat: until then it is not said to be kept.
+void Agent::KeepRevocations() {
+  if (!unkept_revocations_) return;
+  const absl::Status status = revocations_.Take(*unkept_revocations_);
+  if (!status.ok()) {
+    if (!absl::IsUnavailable(status)) unkept_revocations_.reset();
+    const std::string why(status.message());
+    if (std::exchange(revocations_trouble_, why) == why) return;
+    spdlog::error("revocations not kept number={} error={}", revocations_.number(), LogValue(why));
+    return;
+  }
+  unkept_revocations_.reset();
+  revocations_trouble_.clear();
+  spdlog::info("revocations kept number={}", revocations_.number());
+  supervisor_.SetRevoked(revocations_.lives());
+  v1::AgentMessage message;
+  message.set_kept_revocations(revocations_.number());
+  session_->Send(std::move(message));
 }
 
 // Before the orders of that life are acted on. A disk that takes nothing keeps no order from being carried out: this
@@ -125,6 +177,7 @@ void Agent::KeepLife(std::uint64_t life) {
 }
 
 void Agent::OnDesired(const v1::DesiredSet& set) {
+  if (set.has_revocations()) TakeRevocations(set.revocations());
   const std::vector<OrderOutcome> outcomes = supervisor_.Desired(set, Clock::now());
   Settle();
   spdlog::info("desired set from=control revision={} workers={}", set.revision(), set.workers_size());

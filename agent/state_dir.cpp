@@ -98,6 +98,18 @@ absl::Status StateDir::SaveWorkers(const WorkersFile& workers) const {
   return host::WriteFile(path_ + "/workers.json", *json + "\n", host::Durability::kSurvivesProcess);
 }
 
+absl::StatusOr<KeptRevocationsFile> StateDir::LoadRevocations() const {
+  absl::StatusOr<KeptRevocationsFile> revocations = Load<KeptRevocationsFile>(RevocationsPath());
+  if (absl::IsNotFound(revocations.status())) return KeptRevocationsFile();
+  return revocations;
+}
+
+absl::Status StateDir::SaveRevocations(const KeptRevocationsFile& revocations) const {
+  absl::StatusOr<std::string> json = ToJson(revocations);
+  if (!json.ok()) return json.status();
+  return host::WriteFile(RevocationsPath(), *json + "\n", host::Durability::kSurvivesMachine);
+}
+
 std::string StateDir::LogPath(const v1::WorkerIdentity& worker) const {
   return absl::StrCat(path_, "/logs/", worker.instance_id(), "-r", worker.region(), "-i", worker.incarnation(), ".log");
 }

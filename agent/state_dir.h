@@ -1,6 +1,7 @@
 // StateDir: the folder in which an agent keeps what must outlive it. One agent at a time.
 //
 //   host.json      id and secret of this host (0600)
+//   revocations.json  the newest list of revocations
 //   workers.json   what runs here, for the next agent
 //   agent.sock     where workers attach
 //   logs/          one file a worker, and a few before it where it grew large
@@ -41,6 +42,11 @@ class StateDir {
   absl::StatusOr<WorkersFile> LoadWorkers() const;
   absl::Status SaveWorkers(const WorkersFile& workers) const;
 
+  // An empty one where there is no file.
+  absl::StatusOr<KeptRevocationsFile> LoadRevocations() const;
+  absl::Status SaveRevocations(const KeptRevocationsFile& revocations) const;
+
+  std::string RevocationsPath() const { return path_ + "/revocations.json"; }
   std::string IdentityPath() const { return path_ + "/host.json"; }
   std::string SocketPath() const { return path_ + "/agent.sock"; }
   std::string StatesPath() const { return path_ + "/states"; }

@@ -89,6 +89,11 @@ void Supervisor::AdoptExit(const v1::WorkerExited& exited) { exits_[KeyOf(exited
 
 // --- From the control plane
 
+void Supervisor::SetRevoked(RevokedLives lives) {
+  revoked_ = std::move(lives);
+  for (auto& [key, worker] : workers_) PushOrder(key, worker);
+}
+
 std::vector<OrderOutcome> Supervisor::Desired(const v1::DesiredSet& set, TimePoint now) {
   std::vector<OrderOutcome> outcomes;
   std::set<WorkerKey> wanted;
@@ -383,6 +388,7 @@ void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
     order.set_incarnation(key.incarnation);
   }
   const bool whole = SetPaths(key, worker, order);
+  WriteRevoked(revoked_, order);
   if (!whole && !stop) return;
   if (stop && !order.stop()) {  // our own decision: it must fence every order before it
     order.set_revision(std::max(order.revision(), worker.report.order_revision()) + 1);
@@ -459,41 +465,6 @@ void Supervisor::StopAll(TimePoint now) {
       BeginStop(key, worker, now);
     }
   }
-}
-
-// --- Reports
-
-std::vector<v1::WorkerReport> Supervisor::Reports() const {
-  std::vector<v1::WorkerReport> reports;
-  for (const auto& [key, worker] : workers_) reports.push_back(worker.report);
-  return reports;
-}
-
-v1::HeldOrders Supervisor::HeldOrders() const {
-  v1::HeldOrders held;
-  for (const auto& [key, worker] : workers_) {
-    if (worker.order && worker.stopping == Stopping::kNo) *held.add_orders() = *worker.order;
-  }
-  return held;
-}
-
-std::vector<v1::WorkerExited> Supervisor::Exits() const {
-  std::vector<v1::WorkerExited> exits;
-  for (const auto& [key, exited] : exits_) exits.push_back(exited);
-  return exits;
-}
-
-WorkersFile Supervisor::State(const std::string& boot_id) const {
-  WorkersFile file;
-  file.set_boot_id(boot_id);
-  for (const auto& [key, worker] : workers_) {
-    if (worker.record.identity().pid() == 0) continue;
-    WorkerRecord& record = *file.add_workers();
-    record = worker.record;
-    *record.mutable_report() = worker.report;
-  }
-  for (const auto& [key, exited] : exits_) *file.add_exits() = exited;
-  return file;
 }
 
 }  // namespace tessera::agent

@@ -27,6 +27,7 @@
 #include "absl/status/statusor.h"
 #include "agent/agent_state.pb.h"
 #include "agent/content.h"
+#include "agent/kept_revocations.h"
 #include "agent/limits.h"
 #include "agent/ports.h"
 #include "host/process.h"
@@ -112,6 +113,9 @@ class Supervisor {
   void AdoptGone(const WorkerRecord& record, const std::string& reason, std::vector<std::string> last_lines);
   void AdoptExit(const v1::WorkerExited& exited);
 
+  // Goes with each order, and to workers that have one already.
+  void SetRevoked(RevokedLives lives);
+
   // From the control plane.
   std::vector<OrderOutcome> Desired(const v1::DesiredSet& set, TimePoint now);
   void ContentReady(const Content& content, const std::string& path);
@@ -195,6 +199,7 @@ class Supervisor {
   std::map<std::string, std::string> next_failures_;  // why a game that is to be next did not come, by hash
   std::uint64_t desired_revision_ = 0;
   bool stopping_all_ = false, dirty_ = false;
+  RevokedLives revoked_;
   std::string state_folder_, module_folder_;
   std::vector<Action> actions_;
 };

@@ -24,6 +24,30 @@ TEST_F(SupervisorTest, StartsAllMissingWorkersAtOnceEachWithPortsOfItsOwn) {
   EXPECT_EQ(supervisor_.desired_revision(), 2U);
 }
 
+TEST_F(SupervisorTest, RevokedLivesGoWithTheOrdersOfTheirWorldAndToThoseThatHaveOneAlready) {
+  v1::DeadRegion life;
+  life.set_region(3);
+  life.set_incarnation(12);
+  Want({Order(1)});
+  supervisor_.ContentReady(kScene, "/s");
+  Attach(1);
+  ASSERT_THAT(orders_, SizeIs(1));
+  EXPECT_THAT(orders_[0].revoked(), IsEmpty());
+  supervisor_.SetRevoked({{"inst-2", {life}}});
+  Carry();
+  EXPECT_THAT(orders_, SizeIs(1)) << "another world's";
+  supervisor_.SetRevoked({{"inst-1", {life}}});
+  Carry();
+  ASSERT_THAT(orders_, SizeIs(2));
+  ASSERT_THAT(orders_[1].revoked(), SizeIs(1));
+  EXPECT_EQ(orders_[1].revoked(0).incarnation(), 12U);
+  EXPECT_EQ(orders_[1].revision(), orders_[0].revision());
+  Want({Order(1, 2)});
+  ASSERT_THAT(orders_, SizeIs(3));
+  EXPECT_THAT(orders_[2].revoked(), SizeIs(1));
+  EXPECT_THAT(supervisor_.HeldOrders().orders(0).revoked(), IsEmpty()) << "it is no part of what was ordered";
+}
+
 TEST_F(SupervisorTest, AsksForASceneAnewWheneverAWorkerIsToBeginWithIt) {
   Want({Order(1)});
   supervisor_.ContentReady(kScene, "/s");

@@ -93,6 +93,12 @@ void Raise(records::Instance& record) {
   RaisePlayers(record);
 }
 
+void Raise(records::Revocations& record) {
+  record.set_lost_after(record.number());
+  record.set_number(record.number() + kRestoreJump);
+  record.set_lost_up_to(record.number());
+}
+
 absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store) {
   auto puts = ReadBackup(file);
   if (!puts.ok()) return puts.status();
@@ -110,6 +116,14 @@ absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store)
     if (put.key == kCountersKey) {
       Raise(records->counters.record);
       put.value = records->counters.record.SerializeAsString();
+    }
+    if (put.key == kRevocationsKey) {
+      records::Revocations revocations;
+      if (!revocations.ParseFromString(put.value)) {
+        return absl::DataLossError(absl::StrCat("store: ", put.key, ": cannot be read"));
+      }
+      Raise(revocations);
+      put.value = revocations.SerializeAsString();
     }
     for (StoredRecord<records::Instance>& instance : records->instances) {
       if (put.key != InstanceKey(instance.number)) continue;

@@ -45,5 +45,6 @@ absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store)
 // The record with its numbers above all that may have been given since.
 void Raise(records::Counters& counters);
 void Raise(records::Instance& record);
+void Raise(records::Revocations& record);
 
 }  // namespace tessera::control

@@ -95,5 +95,14 @@ TEST_F(BackupTest, ARecordThatCannotBeReadIsNamed) {
   EXPECT_EQ(made.revision(), 0);
 }
 
+TEST(RevocationsBackupTest, ARestoreCountsOnFromFarAboveAndKnowsWhatItMayHaveLost) {
+  records::Revocations record;
+  record.set_number(5);
+  Raise(record);
+  EXPECT_EQ(record.number(), 5 + kRestoreJump);
+  EXPECT_EQ(record.lost_after(), 5u);
+  EXPECT_EQ(record.lost_up_to(), 5 + kRestoreJump);
+}
+
 }  // namespace
 }  // namespace tessera::control

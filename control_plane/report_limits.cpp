@@ -10,6 +10,7 @@
 #include "core/world/limits.h"
 #include "core/world/properties.h"
 #include "net/signing_key.h"
+#include "trust/revocation_list.h"
 
 namespace tessera::control {
 namespace {
@@ -163,6 +164,13 @@ absl::Status CheckMessage(const v1::AgentMessage& message) {
       checks.Name("identity", message.lease().identity());
       return checks.status();
     }
+    case v1::AgentMessage::kRevocations: {
+      const std::size_t has = message.revocations().ByteSizeLong(), most = trust::kMaxRevocationBytes + 128;
+      if (has <= most) break;
+      return absl::InvalidArgumentError(absl::StrCat("revocations: has ", has, " bytes, at most ", most));
+    }
+    case v1::AgentMessage::kKeptRevocations:
+      break;
     case v1::AgentMessage::kGameModules:
       return CheckModules("message", message.game_modules());
     case v1::AgentMessage::KIND_NOT_SET:

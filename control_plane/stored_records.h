@@ -18,7 +18,7 @@
 namespace tessera::control {
 
 inline constexpr char kHostId[] = "host-", kInstanceId[] = "inst-";
-inline constexpr char kCountersKey[] = "counters";
+inline constexpr char kCountersKey[] = "counters", kRevocationsKey[] = "revocations";
 
 // "host-12" with the prefix "host-" is 12; 0 if it is not of that form.
 std::uint64_t NumberOf(std::string_view id, std::string_view prefix);

@@ -29,7 +29,7 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
       if (grpc::Status status = Admit(message.hello(), stream); !status.ok()) return status;
       streams.insert(stream);
       record.streams = static_cast<int>(streams.size());
-      stream->Write(desired);
+      Send(stream);
     }
     changed.notify_all();
     while (stream->Read(&message)) {
@@ -67,6 +67,13 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
     return grpc::Status::OK;
   }
 
+  // Requires the lock.
+  void Send(Stream* stream) {
+    v1::ControlMessage message = desired;
+    if (record.revocations) *message.mutable_desired()->mutable_revocations() = *record.revocations;
+    stream->Write(message);
+  }
+
   mutable std::mutex mutex;  // guards all below
   mutable std::condition_variable changed;
   ControlRecord record;
@@ -83,6 +90,8 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
     admitted.set_host_id("host-1");
     admitted.set_host_name("alpha");
     admitted.set_heartbeat_interval_ms(kHeartbeat_ms);
+    admitted.set_revocations_key(record.revocations_key);
+    admitted.set_report_revocations(record.report_revocations);
     if (!hello.join_token().empty()) {
       if (hello.join_token() != record.token) return {grpc::StatusCode::UNAUTHENTICATED, "join token is unknown"};
       if (record.token_used) return {grpc::StatusCode::UNAUTHENTICATED, "join token has been used"};
@@ -104,6 +113,10 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
       for (const auto& report : message.heartbeat().workers()) record.reports[report.identity().region()] = report;
     } else if (message.has_report()) {
       record.reports[message.report().identity().region()] = message.report();
+    } else if (message.kind_case() == v1::AgentMessage::kKeptRevocations) {
+      record.kept_revocations.push_back(message.kept_revocations());
+    } else if (message.has_revocations()) {
+      record.reported_revocations.push_back(message.revocations());
     } else if (message.has_game_modules()) {
       record.module_lists.push_back(message.game_modules());
     } else if (message.has_exited()) {
@@ -141,7 +154,7 @@ void FakeControlPlane::SetDesired(const std::vector<v1::WorkerOrder>& orders) {
   set.set_revision(set.revision() + 1);
   set.clear_workers();
   for (const v1::WorkerOrder& order : orders) *set.add_workers() = order;
-  for (Stream* stream : service_->streams) stream->Write(service_->desired);
+  for (Stream* stream : service_->streams) service_->Send(stream);
 }
 
 void FakeControlPlane::Change(const std::function<void(ControlRecord&)>& change) {

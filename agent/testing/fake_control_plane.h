@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,12 +24,19 @@ struct ControlRecord {
   std::map<std::string, std::string> games;   // by hash
   int scene_fetches = 0, game_fetches = 0;
 
+  // Given with the admission, asked for with it, and sent with each desired set.
+  std::string revocations_key;
+  bool report_revocations = false;
+  std::optional<v1::SignedRevocations> revocations;
+
   std::vector<v1::AgentHello> hellos;
   int streams = 0;  // that stand now
   int heartbeats = 0;
   std::uint64_t acted_on = 0;                         // desired revision of the last heartbeat
   std::map<std::uint32_t, v1::WorkerReport> reports;  // the last, by region
   std::vector<v1::WorkerExited> exits;
+  std::vector<std::uint64_t> kept_revocations;  // numbers of the lists that it said to keep
+  std::vector<v1::SignedRevocations> reported_revocations;
   std::vector<v1::GameModuleList> module_lists;  // that came after the hello
 };
 

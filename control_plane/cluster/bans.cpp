@@ -1,26 +1,17 @@
 #include "control_plane/cluster/bans.h"
 
+#include <algorithm>
 #include <utility>
-#include <vector>
 
-#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/one_line.h"
-#include "control_plane/secrets.h"
 #include "core/world/player_name.h"
 #include "core/world/utf8.h"
 #include "trust/ticket.h"
 
 namespace tessera::control {
 namespace {
-
-constexpr char kBanPrefix[] = "ban/";
-
-std::string BanKey(const std::string& instance_id, const std::string& player_id) {
-  // Ids of instances have no zero byte.
-  return kBanPrefix + absl::BytesToHexString(HashSecret(instance_id + std::string(1, '\0') + player_id));
-}
 
 v1::Ban BanView(const records::Ban& record) {
   v1::Ban view;
@@ -55,81 +46,61 @@ absl::Status CheckReason(const std::string& reason) {
   return absl::OkStatus();
 }
 
-absl::Status Bans::Load() {
-  const auto entries = state_.ListStored(kBanPrefix);
-  if (!entries.ok()) return entries.status();
-  for (const StoreEntry& stored : *entries) {
-    Entry entry{.record = {}, .revision = stored.revision};
-    if (!entry.record.ParseFromString(stored.value) ||
-        stored.key != BanKey(entry.record.instance_id(), entry.record.player_id())) {
-      return absl::DataLossError(absl::StrCat("store: ", stored.key, ": cannot be read"));
-    }
-    bans_.emplace(std::pair(entry.record.instance_id(), entry.record.player_id()), std::move(entry));
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<v1::Ban> Bans::Add(const std::string& instance_id, const std::string& player_id,
                                   const std::string& reason, Now now) {
   if (absl::Status status = CheckPlayerId(player_id); !status.ok()) return status;
   if (absl::Status status = CheckReason(reason); !status.ok()) return status;
-  const auto known = bans_.find({instance_id, player_id});
-  if (known == bans_.end() && bans_.size() >= kMaxBans) {
-    return absl::ResourceExhaustedError(absl::StrCat("there are ", bans_.size(), " bans already; lift one first"));
+  Revoked next = revocations_.revoked();
+  records::Ban& ban = next.bans[{instance_id, player_id}];
+  if (next.bans.size() > kMaxBans) {
+    return absl::ResourceExhaustedError(absl::StrCat("there are ", bans().size(), " bans already; lift one first"));
   }
-  Entry entry;
-  entry.record.set_player_id(player_id);
-  entry.record.set_instance_id(instance_id);
-  entry.record.set_reason(reason);
-  *entry.record.mutable_create_time() = ToTimestamp(now.unix_time);
-  const std::vector<StoreOp> ops{PutOp(BanKey(instance_id, player_id), entry.record.SerializeAsString(),
-                                       known == bans_.end() ? kAbsent : known->second.revision)};
-  const auto written = state_.WriteStored(ops);
-  if (!written.ok()) return written.status();
-  entry.revision = *written;
-  v1::Ban view = BanView(entry.record);
-  bans_[{instance_id, player_id}] = std::move(entry);
+  ban.set_player_id(player_id);
+  ban.set_instance_id(instance_id);
+  ban.set_reason(reason);
+  *ban.mutable_create_time() = ToTimestamp(now.unix_time);
+  v1::Ban view = BanView(ban);
+  if (absl::Status status = revocations_.Change(std::move(next)); !status.ok()) return status;
   return view;
 }
 
 absl::Status Bans::Remove(const v1::UnbanPlayerRequest& request) {
-  const auto found = bans_.find({request.id(), request.player_id()});
-  if (found == bans_.end()) {
+  Revoked next = revocations_.revoked();
+  if (next.bans.erase({request.id(), request.player_id()}) == 0) {
     return absl::NotFoundError(absl::StrCat("player_id: ", OneLine(request.player_id(), trust::kMaxTicketPlayerId),
                                             " is not banned ", request.id().empty() ? "in the cluster" : "there"));
   }
-  const std::vector<StoreOp> ops{DeleteOp(BanKey(request.id(), request.player_id()), found->second.revision)};
-  if (const auto written = state_.WriteStored(ops); !written.ok()) return written.status();
-  bans_.erase(found);
-  return absl::OkStatus();
+  return revocations_.Change(std::move(next));
 }
 
 v1::ListBansResponse Bans::List(const std::string& instance_id) const {
   v1::ListBansResponse response;
-  for (auto it = bans_.lower_bound({instance_id, ""}); it != bans_.end() && it->first.first == instance_id; ++it) {
-    *response.add_bans() = BanView(it->second.record);
+  for (auto it = bans().lower_bound({instance_id, ""}); it != bans().end() && it->first.first == instance_id; ++it) {
+    *response.add_bans() = BanView(it->second);
   }
   return response;
 }
 
-// A ban that cannot be deleted belongs to an instance that never comes again, and counts against the most.
+// A ban that cannot be left out belongs to an instance that never comes again, and counts against the most.
 void Bans::ForgetInstance(const std::string& instance_id) {
-  std::vector<StoreOp> ops;
-  const auto begin = bans_.lower_bound({instance_id, ""});
-  auto end = begin;
-  for (; end != bans_.end() && end->first.first == instance_id; ++end) {
-    ops.push_back(DeleteOp(BanKey(instance_id, end->first.second), end->second.revision));
-  }
-  if (!ops.empty() && state_.WriteStored(ops).ok()) bans_.erase(begin, end);
+  const auto of_instance = [&](const auto& ban) { return ban.first.first == instance_id; };
+  if (std::none_of(bans().begin(), bans().end(), of_instance)) return;
+  Revoked next = revocations_.revoked();
+  std::erase_if(next.bans, of_instance);
+  (void)revocations_.Change(std::move(next));
 }
 
 absl::Status Bans::Check(const std::string& instance_id, const std::string& player_id) const {
+  const std::string* reason = ReasonOf(instance_id, player_id);
+  if (reason == nullptr) return absl::OkStatus();
+  return absl::PermissionDeniedError(absl::StrCat("player: is banned: ", *reason));
+}
+
+const std::string* Bans::ReasonOf(const std::string& instance_id, const std::string& player_id) const {
   for (const std::string& where : {instance_id, std::string()}) {
-    const auto found = bans_.find({where, player_id});
-    if (found == bans_.end()) continue;
-    return absl::PermissionDeniedError(absl::StrCat("player: is banned: ", found->second.record.reason()));
+    if (const auto found = bans().find({where, player_id}); found != bans().end()) return &found->second.reason();
   }
-  return absl::OkStatus();
+  return nullptr;
 }
 
 }  // namespace tessera::control

@@ -1,17 +1,15 @@
 // Bans: players who are let in no more, by the ids of their tickets: in one instance, or in the whole cluster.
 //
-// They are stored. Those of an instance go with it.
+// They are part of the list of revocations (revocations.h), so no old backup lifts one. Those of an instance go with
+// it.
 //
 // Thread rule: as Cluster.
 #pragma once
 
-#include <cstddef>
-#include <map>
 #include <string>
-#include <utility>
 
 #include "absl/status/statusor.h"
-#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/cluster/revocations.h"
 #include "control_plane/now.h"
 #include "tessera/v1/instance.pb.h"
 
@@ -19,11 +17,10 @@ namespace tessera::control {
 
 class Bans {
  public:
-  explicit Bans(ClusterState& state) : state_(state) {}
+  explicit Bans(Revocations& revocations) : revocations_(revocations) {}
 
-  // DATA_LOSS names the key that cannot be read.
-  absl::Status Load();
-  // `instance_id` empty: of the whole cluster. A ban that stands gets the new reason. INVALID_ARGUMENT names the field.
+  // `instance_id` empty: of the whole cluster. A ban that stands gets the new reason. INVALID_ARGUMENT names the field;
+  // RESOURCE_EXHAUSTED: there are too many.
   absl::StatusOr<v1::Ban> Add(const std::string& instance_id, const std::string& player_id, const std::string& reason,
                               Now now);
   absl::Status Remove(const v1::UnbanPlayerRequest& request);
@@ -32,14 +29,13 @@ class Bans {
 
   // PERMISSION_DENIED with the reason if the player is banned there, or in the whole cluster.
   absl::Status Check(const std::string& instance_id, const std::string& player_id) const;
+  // The reason of that ban; null: there is none.
+  const std::string* ReasonOf(const std::string& instance_id, const std::string& player_id) const;
 
  private:
-  struct Entry {
-    records::Ban record;
-    Revision revision = kAbsent;
-  };
-  ClusterState& state_;
-  std::map<std::pair<std::string, std::string>, Entry> bans_;  // by instance and player
+  const auto& bans() const { return revocations_.revoked().bans; }
+
+  Revocations& revocations_;
 };
 
 // INVALID_ARGUMENT "player_id: ..." unless it is one that tickets may have.

@@ -12,8 +12,11 @@ using ::testing::HasSubstr;
 
 class BansTest : public ::testing::Test {
  protected:
+  BansTest() { EXPECT_TRUE(revocations_.Load().ok()); }
+
   StateRig rig_;
-  Bans bans_{*rig_.state};
+  Revocations revocations_{*rig_.state, SystemRandomBytes};
+  Bans bans_{revocations_};
 };
 
 TEST_F(BansTest, OneOfAnInstanceHoldsThereAndOneOfTheClusterEverywhere) {
@@ -30,8 +33,9 @@ TEST_F(BansTest, OneOfAnInstanceHoldsThereAndOneOfTheClusterEverywhere) {
 TEST_F(BansTest, TheNextLifeKnowsThemAndWhoIsUnbannedIsLetIn) {
   ASSERT_TRUE(bans_.Add("inst-1", "ada", "cheats", rig_.now).ok());
   ASSERT_TRUE(bans_.Add("inst-1", "ada", "cheats again", rig_.now).ok()) << "a new reason";
-  Bans next{*rig_.state};
-  ASSERT_TRUE(next.Load().ok());
+  Revocations loaded{*rig_.state, SystemRandomBytes};
+  ASSERT_TRUE(loaded.Load().ok());
+  Bans next{loaded};
   EXPECT_EQ(next.Check("inst-1", "ada"), absl::PermissionDeniedError("player: is banned: cheats again"));
   v1::UnbanPlayerRequest unban;
   unban.set_id("inst-1");
@@ -50,8 +54,9 @@ TEST_F(BansTest, ThoseOfAnInstanceGoWithIt) {
   bans_.ForgetInstance("inst-1");
   EXPECT_EQ(bans_.List("inst-1").bans_size(), 0);
   EXPECT_EQ(bans_.List("inst-12").bans_size(), 1);
-  Bans next{*rig_.state};
-  ASSERT_TRUE(next.Load().ok());
+  Revocations loaded{*rig_.state, SystemRandomBytes};
+  ASSERT_TRUE(loaded.Load().ok());
+  Bans next{loaded};
   EXPECT_EQ(next.List("inst-1").bans_size(), 0);
 }
 

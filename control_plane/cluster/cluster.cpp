@@ -50,11 +50,12 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
     : state_(std::move(state)),
       settings_(settings),
       random_(random),
+      revocations_(*state_, random),
       hosts_(*state_, settings, random),
       tokens_(*state_, random),
       issuers_(*state_, std::move(random)),
       tickets_(*state_, issuers_),
-      bans_(*state_),
+      bans_(revocations_),
       reports_(*state_),
       instances_(*state_, settings),
       changes_(*state_, settings),
@@ -66,7 +67,7 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       game_events_(*state_),
       game_messages_(*state_),
       reconciler_(*state_, {instances_, changes_, failovers_, checkpoints_, players_}),
-      desired_sets_(*state_,
+      desired_sets_(*state_, revocations_,
                     [this](const InstanceEntry& instance) {
                       return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance),
                                       game_messages_.Unanswered(instance), game_events_.StoredUpTo(instance)};
@@ -78,10 +79,10 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
 
 // A control plane that died while it restored an instance may not have said so to the backend.
 absl::Status Cluster::LoadParts(Now now) {
+  if (absl::Status status = revocations_.Load(); !status.ok()) return status;
   if (absl::Status status = tokens_.Load(); !status.ok()) return status;
   if (absl::Status status = issuers_.Load(); !status.ok()) return status;
   if (absl::Status status = tickets_.Load(now); !status.ok()) return status;
-  if (absl::Status status = bans_.Load(); !status.ok()) return status;
   if (absl::Status status = GiveSeeds(); !status.ok()) return status;
   if (absl::Status status = game_events_.Load(); !status.ok()) return status;
   for (InstanceEntry& instance : state_->EachInstance()) game_events_.NoteRestore(instance, now);
@@ -128,7 +129,10 @@ void Cluster::NoteTime(Now now) {
 void Cluster::HandleTimer(Now now) {
   NoteTime(now);
   state_->ProbeStore(now);
+  InstanceNumbers evicted;
+  RemoveRevoked(evicted);  // where the store took the list, and then not this
   if (recovery_.active()) return StepRecovery(now);
+  reconciler_.Reconcile(now, evicted);
   for (HostEntry& host : state_->EachHost()) {
     if (!hosts_.Lost(host, now)) continue;
     InstanceNumbers touched;
@@ -160,8 +164,13 @@ absl::StatusOr<v1::DrainHostResponse> Cluster::DrainHost(const v1::DrainHostRequ
 }
 
 absl::Status Cluster::RemoveHost(Now now, const v1::RemoveHostRequest& request) {
+  const auto host = hosts_.FindRemovable(request);
+  if (!host.ok()) return host.status();
+  if (request.validate_only()) return absl::OkStatus();
+  // The list first: from then on it is certain, whatever fails.
+  if (absl::Status status = revocations_.AddHost(**host); !status.ok()) return status;
   InstanceNumbers touched;
-  const absl::Status removed = hosts_.Remove(request, touched);
+  const absl::Status removed = hosts_.Remove(**host, touched);
   reconciler_.Reconcile(now, touched);
   return removed;
 }

@@ -42,6 +42,7 @@
 #include "control_plane/cluster/property_changes.h"
 #include "control_plane/cluster/reconciler.h"
 #include "control_plane/cluster/recovery.h"
+#include "control_plane/cluster/revocations.h"
 #include "control_plane/cluster/tickets.h"
 #include "control_plane/cluster/worker_reports.h"
 #include "control_plane/control_settings.h"
@@ -167,6 +168,12 @@ class Cluster {
   absl::StatusOr<v1::Instance> DeleteUnknown(const v1::DeleteInstanceRequest& request);
   // Work that comes before the cluster knows what runs.
   void TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage& message, Now now);
+  // Lists of revocations: what agents keep, and what follows from one that was taken up.
+  bool TakesRevocations(HostEntry& host, const v1::AgentMessage& message, Now now);
+  void TakeUpRevocations(const HostEntry& host, const v1::SignedRevocations& list, Now now);
+  void RemoveRevoked(InstanceNumbers& touched);
+  void SendBannedAway(Now now);
+  void RenewLease(HostEntry& host, const v1::LeaseRequest& request, Now now);
   void HoldBack(StreamId stream, const v1::AgentMessage& message);
   void StepRecovery(Now now);
   void Forget(std::uint64_t number);
@@ -182,6 +189,7 @@ class Cluster {
   std::unique_ptr<ClusterState> state_;
   ControlSettings settings_;
   RandomBytes random_;
+  Revocations revocations_;
   Hosts hosts_;
   AccessTokens tokens_;
   Issuers issuers_;

@@ -16,6 +16,9 @@ absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& he
   auto admission = hosts_.Admit(hello, now, shown_serial);
   if (!admission.ok()) return admission;
   HostEntry& host = *state_->HostOf(admission->stream);
+  host.kept_revocations = hello.revocations_number();
+  admission->admitted.set_revocations_key(revocations_.public_key());
+  admission->admitted.set_report_revocations(revocations_.Lacks(hello.revocations_number()));
   if (recovery_.active()) {
     hosts_.Heard(host, now);
     for (const v1::WorkerReport& report : hello.workers()) recovery_.NoteAlive(report.identity());
@@ -35,6 +38,7 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
   if (host == nullptr) return absl::AbortedError("this stream was replaced by another one");
   if (absl::Status status = CheckMessage(message); !status.ok()) return status;
   NoteTime(now);
+  if (TakesRevocations(*host, message, now)) return absl::OkStatus();
   if (recovery_.active()) {
     TakeWhileRecovering(*host, message, now);
     return absl::OkStatus();
@@ -64,8 +68,11 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
       awaits = failovers_.NoteInventory(*host, message.inventory(), now);
       break;
     case v1::AgentMessage::kLease:
-      failovers_.RenewLease(*host, message.lease(), now);
+      RenewLease(*host, message.lease(), now);
       break;
+    case v1::AgentMessage::kKeptRevocations:
+    case v1::AgentMessage::kRevocations:
+      break;  // taken above
     case v1::AgentMessage::kHeldOrders:
       break;  // asked for by a control plane before this one
     case v1::AgentMessage::kHello:
@@ -104,6 +111,7 @@ void Cluster::HoldBack(StreamId stream, const v1::AgentMessage& message) {
 void Cluster::StepRecovery(Now now) {
   if (!recovery_.Step(now)) return;
   for (InstanceEntry& instance : state_->EachInstance()) Adopt(now, instance);
+  SendBannedAway(now);
   for (InstanceEntry& instance : state_->EachInstance()) {
     if (!IsFinal(instance.record.state())) reconciler_.Reconcile(now, instance);
   }

@@ -79,6 +79,10 @@ struct HostEntry {
   std::chrono::nanoseconds last_heartbeat_time{0};  // wall clock; 0: none in this life
   std::optional<double> clock_ahead_s;  // the host's wall clock against ours, with the heartbeat's way; none: unknown
 
+  // Written by Cluster.
+  std::uint64_t kept_revocations = 0;     // number of the list that its agent says that it keeps
+  std::uint64_t leases_withheld_for = 0;  // number of the list for want of which a lease was not renewed; logged once
+
   // Set here, cleared by DesiredSets.
   bool desired_changed = false;
 };

@@ -24,6 +24,7 @@ std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
   host->desired_changed = false;
   v1::DesiredSet desired;
   desired.set_revision(state_.NextRevision());
+  if (!revocations_.KeptBy(*host)) *desired.mutable_revocations() = revocations_.newest();
   for (const auto& [number, index] : host->workers) {
     InstanceEntry& instance = state_.instance(number);
     WorkerEntry& worker = instance.workers[index];

@@ -11,6 +11,7 @@
 
 #include "control_plane/cluster/cluster_state.h"
 #include "control_plane/cluster/orders.h"
+#include "control_plane/cluster/revocations.h"
 
 namespace tessera::control {
 
@@ -18,13 +19,15 @@ class DesiredSets {
  public:
   using RequestsOf = std::function<Requests(const InstanceEntry&)>;
 
-  DesiredSets(ClusterState& state, RequestsOf requests_of) : state_(state), requests_of_(std::move(requests_of)) {}
+  DesiredSets(ClusterState& state, const Revocations& revocations, RequestsOf requests_of)
+      : state_(state), revocations_(revocations), requests_of_(std::move(requests_of)) {}
 
   // The host's whole desired set, if it may have changed since it was last taken.
   std::optional<v1::DesiredSet> Take(StreamId stream);
 
  private:
   ClusterState& state_;
+  const Revocations& revocations_;
   RequestsOf requests_of_;
 };
 

@@ -22,7 +22,8 @@ class DesiredSetsTest : public ::testing::Test {
   HostEntry& alpha_ = rig_.AddHost("alpha");
   InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &alpha_});
   Requests requests_;
-  DesiredSets sets_{*rig_.state, [this](const InstanceEntry&) { return requests_; }};
+  Revocations revocations_{*rig_.state, SystemRandomBytes};
+  DesiredSets sets_{*rig_.state, revocations_, [this](const InstanceEntry&) { return requests_; }};
   StreamId stream_ = rig_.state->OpenStream(alpha_, absl::OkStatus());
 };
 

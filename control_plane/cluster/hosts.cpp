@@ -142,7 +142,7 @@ absl::StatusOr<v1::DrainHostResponse> Hosts::Drain(const v1::DrainHostRequest& r
   return response;
 }
 
-absl::Status Hosts::Remove(const v1::RemoveHostRequest& request, InstanceNumbers& touched) {
+absl::StatusOr<HostEntry*> Hosts::FindRemovable(const v1::RemoveHostRequest& request) {
   const HostEntry* host = FindHostByName(state_, request.name());
   if (host == nullptr) return NoHost(request.name());
   if (!host->workers.empty() && !request.force()) {
@@ -151,13 +151,14 @@ absl::Status Hosts::Remove(const v1::RemoveHostRequest& request, InstanceNumbers
         host->record.name(), ", first ", state_.instances().at(host->workers.begin()->first).record.id(),
         "; drain it first, or evict it by force"));
   }
-  if (request.validate_only()) return absl::OkStatus();
-  const auto removed = absl::PermissionDeniedError(absl::StrCat(host->record.id(), " was removed"));
-  const std::string name = host->record.name();
-  const auto workers = host->workers;
-  if (absl::Status status = state_.RemoveHost(*state_.FindHost(host->record.id()), removed); !status.ok()) {
-    return status;
-  }
+  return state_.FindHost(host->record.id());
+}
+
+absl::Status Hosts::Remove(HostEntry& host, InstanceNumbers& touched) {
+  const auto removed = absl::PermissionDeniedError(absl::StrCat(host.record.id(), " was removed"));
+  const std::string name = host.record.name();
+  const auto workers = host.workers;
+  if (absl::Status status = state_.RemoveHost(host, removed); !status.ok()) return status;
   if (!workers.empty()) state_.Log(absl::StrCat("host evicted host=", name, " regions=", workers.size()));
   for (const auto& [number, index] : workers) {
     InstanceEntry& instance = state_.instance(number);

@@ -29,8 +29,10 @@ class Hosts {
   // Errors: INVALID_ARGUMENT, ALREADY_EXISTS, NOT_FOUND, FAILED_PRECONDITION, naming the field.
   absl::StatusOr<v1::AddHostResponse> Add(const v1::AddHostRequest& request, Now now);
   absl::StatusOr<v1::DrainHostResponse> Drain(const v1::DrainHostRequest& request);
-  // `touched`: instances that ran on a host that is evicted.
-  absl::Status Remove(const v1::RemoveHostRequest& request, InstanceNumbers& touched);
+  // The host that the request names, which may be removed. Errors: NOT_FOUND, FAILED_PRECONDITION.
+  absl::StatusOr<HostEntry*> FindRemovable(const v1::RemoveHostRequest& request);
+  // `touched`: instances that ran on it, so that it is evicted.
+  absl::Status Remove(HostEntry& host, InstanceNumbers& touched);
 
   // Admits an agent and opens its stream. `shown_serial`: that of its certificate, empty for a socket and with a join
   // token; certificates of the host before that one are worth nothing from then on. UNAUTHENTICATED, PERMISSION_DENIED

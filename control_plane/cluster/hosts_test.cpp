@@ -185,7 +185,9 @@ TEST_F(HostsTest, ARemovedHostIsRefusedAndItsStreamClosed) {
   v1::RemoveHostRequest remove;
   remove.set_name("alpha");
   InstanceNumbers touched;
-  ASSERT_TRUE(hosts_.Remove(remove, touched).ok());
+  const auto found = hosts_.FindRemovable(remove);
+  ASSERT_TRUE(found.ok()) << found.status();
+  ASSERT_TRUE(hosts_.Remove(**found, touched).ok());
   EXPECT_TRUE(touched.empty());
   EXPECT_EQ(rig_.state->effects().closed.at(admission->stream).code(), absl::StatusCode::kPermissionDenied);
   hello.clear_join_token();

@@ -69,6 +69,7 @@ bool Recovery::Step(Now now) {
   if (!active() || !Due(now)) return false;
   std::map<std::uint64_t, std::vector<HeldOrder>> orders;  // by the number of the instance
   for (const auto& [number, held] : held_) {
+    if (!state_.hosts().contains(number)) continue;  // it was revoked since it answered
     const HostEntry& host = state_.hosts().at(number);
     for (const v1::WorkerOrder& order : held) {
       const InstanceEntry* instance = state_.FindInstance(order.instance_id());

@@ -70,16 +70,38 @@ void ClusterHarness::Attach(FakeHost& agent) {
   v1::AgentHello hello = Hello(agent.capacity);
   hello.set_host_id(agent.host_id);
   hello.set_host_secret(agent.secret);
+  hello.set_revocations_number(KeptBy(agent));
   for (const auto& [key, worker] : agent.fake.workers) *hello.add_workers() = worker.report;
   const auto admission = cluster().HandleHello(now, hello);
+  // One that was revoked is left alone from then on.
+  if (absl::IsPermissionDenied(admission.status())) agent.silent = true;
+  if (agent.silent) return;
   ASSERT_TRUE(admission.ok()) << admission.status();
   agent.stream = admission->stream;
+  if (admission->admitted.report_revocations()) {
+    v1::AgentMessage message;
+    *message.mutable_revocations() = agent.revocations;
+    Send(agent, message);
+  }
   for (const v1::AgentMessage& message : agent.fake.Inventories()) Send(agent, message);
   if (!admission->admitted.report_orders()) return;
   v1::AgentMessage held;
   held.mutable_held_orders();
   for (const auto& [key, worker] : agent.fake.workers) *held.mutable_held_orders()->add_orders() = worker.order;
   Send(agent, held);
+}
+
+std::uint64_t ClusterHarness::KeptBy(const FakeHost& agent) {
+  v1::Revocations content;
+  return content.ParseFromString(agent.revocations.list()) ? content.number() : 0;
+}
+
+void ClusterHarness::Keep(FakeHost& agent, const v1::SignedRevocations& list) {
+  if (!agent.keeps_revocations) return;
+  agent.revocations = list;
+  v1::AgentMessage message;
+  message.set_kept_revocations(KeptBy(agent));
+  Send(agent, message);
 }
 
 void ClusterHarness::Send(FakeHost& agent, const v1::AgentMessage& message) {
@@ -93,9 +115,11 @@ bool ClusterHarness::Exchange() {
   for (auto& [name, agent] : agents) {
     if (agent.silent) continue;
     if (agent.stream == 0) Attach(agent);
+    if (agent.silent) continue;
     const std::optional<v1::DesiredSet> desired = cluster().TakeDesired(agent.stream);
     if (!desired) continue;
     any = true;
+    if (desired->has_revocations()) Keep(agent, desired->revocations());
     for (const v1::AgentMessage& message : agent.fake.Apply(*desired)) Send(agent, message);
   }
   cluster_->TakeEffects();

@@ -22,6 +22,9 @@ struct FakeHost {
   std::uint32_t capacity = 0;
   StreamId stream = 0;  // 0: not attached
   bool silent = false;  // sends nothing and hears nothing
+  // The list of revocations on its disk, and whether that takes a newer one.
+  v1::SignedRevocations revocations;
+  bool keeps_revocations = true;
   FakeWorkers fake;
 };
 
@@ -41,6 +44,8 @@ class ClusterHarness {
   FakeHost& AddHost(const std::string& name, std::uint32_t capacity);
   static v1::AgentHello Hello(std::uint32_t capacity);
   void Attach(FakeHost& agent);
+  // The number of the list that the agent keeps; 0: none.
+  static std::uint64_t KeptBy(const FakeHost& agent);
   void Send(FakeHost& agent, const v1::AgentMessage& message);
 
   // One round of messages; false if nobody had anything to say.
@@ -67,6 +72,7 @@ class ClusterHarness {
 
  private:
   void Load();
+  void Keep(FakeHost& agent, const v1::SignedRevocations& list);
   // Different bytes each time, the same in each run.
   std::string Random(std::size_t n);
 

@@ -43,6 +43,18 @@ absl::Status ReadPeers(const v1::WorkerOrder& message, Order& order) {
   return absl::OkStatus();
 }
 
+absl::Status ReadRevoked(const v1::WorkerOrder& message, Order& order) {
+  order.revoked.reserve(static_cast<std::size_t>(message.revoked_size()));
+  for (int i = 0; i < message.revoked_size(); ++i) {
+    const v1::DeadRegion& life = message.revoked(i);
+    if (life.region() == 0 || life.region() > kMaxRegions) {
+      return absl::InvalidArgumentError(absl::StrCat("revoked[", i, "].region: ", life.region()));
+    }
+    order.revoked.push_back({RegionId(life.region()), Incarnation(life.incarnation())});
+  }
+  return absl::OkStatus();
+}
+
 absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
   for (int i = 0; i < message.players_size(); ++i) {
     const v1::Player& player = message.players(i);
@@ -234,6 +246,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   if (absl::Status status = ReadStandby(message, self, order); !status.ok()) return status;
   ReadStates(message, order);
   if (absl::Status status = ReadPeers(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadRevoked(message, order); !status.ok()) return status;
   if (absl::Status status = ReadPlayers(message, order); !status.ok()) return status;
   if (absl::Status status = ReadRecord(message, order); !status.ok()) return status;
   if (absl::Status status = ReadBackend(message, order.backend); !status.ok()) return status;

@@ -37,6 +37,7 @@ struct OrderedPlayer {
 struct DeadRegion {
   RegionId region;
   Incarnation incarnation;
+  friend bool operator==(const DeadRegion&, const DeadRegion&) = default;
 };
 
 // A failover that is under way: `Order::map` is its map.
@@ -83,6 +84,7 @@ struct Order {
   std::optional<PartitionMap> map;
   std::optional<Certified> certified;  // nothing: not yet
   std::vector<PeerAddress> peers;
+  std::vector<DeadRegion> revoked;  // lives that evicted hosts ran: no link to them is let in
   std::vector<OrderedPlayer> players;
   bool run = false, stop = false;
   bool goes_on = false;  // with `stop`: the instance need not end

@@ -29,8 +29,9 @@ void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
     return LogError(actions_,
                     absl::StrCat("order refused from=agent revision=", message.revision(), Reason(order.status())));
   }
-  // The file of a next game comes later than the order that names it, which the agent sends again then.
-  const bool fuller = order->revision == order_.revision && order->next_game != order_.next_game;
+  // The file of a next game, and the list of revocations, come later than the order, which the agent sends again then.
+  const bool fuller =
+      order->revision == order_.revision && (order->next_game != order_.next_game || order->revoked != order_.revoked);
   if (order->revision <= order_.revision && !fuller) return;
   order_ = *std::move(order);
   LogInfo(actions_,
@@ -62,6 +63,7 @@ void WorkerCore::FollowOrder(TimePoint now) {
     if (phase_ == v1::WORKER_PHASE_RUNNING) run_->Run(now, actions_);
   }
   links_.SetAddresses(order_.peers, actions_);
+  for (const DeadRegion& life : order_.revoked) links_.Fence(life.region, life.incarnation, actions_);
   if (const absl::Status followed = run_->Follow(order_, now, links_, actions_); !followed.ok()) return Fail(followed);
   if (run_->failovers().fenced()) return StopHere("fenced: another region has taken its place");
   links_.SetPartners(run_->Partners(order_), actions_);

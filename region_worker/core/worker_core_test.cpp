@@ -99,6 +99,34 @@ TEST_F(WorkerCoreTest, AnOrderForAnotherAndAnOlderOneAreNotFollowed) {
   EXPECT_FALSE(core.stopping());
 }
 
+TEST_F(WorkerCoreTest, ARevokedLifeOfANeighbourIsCutAndNotLetInThoughTheOrderHasNoNewRevision) {
+  *order.mutable_map() = ToProto(*MakeGridMap(scene->ground(), 2));
+  const RegionId other = order.map().regions(0).id() == kSelf.value() ? RegionId(order.map().regions(1).id())
+                                                                      : RegionId(order.map().regions(0).id());
+  v1::RegionAddress& peer = *order.add_peers();
+  peer.set_region(other.value());
+  peer.set_incarnation(7);
+  peer.set_host("127.0.0.1");
+  peer.set_link_port(7001);
+  TakeOrder();
+  Load();
+  core.LinkUp(other, Incarnation(7), now);
+  ASSERT_TRUE(core.links().Admit(other, Incarnation(7)).ok());
+  v1::DeadRegion& life = *order.add_revoked();
+  life.set_region(other.value());
+  life.set_incarnation(7);
+  core.TakeOrder(order, now);  // the same revision
+  EXPECT_THAT(AllOf<CutLink>(core.TakeActions()), SizeIs(1));
+  EXPECT_THAT(std::string(core.links().Admit(other, Incarnation(7)).message()), HasSubstr("has been declared dead"));
+  EXPECT_FALSE(core.links().Dials(other));
+  EXPECT_TRUE(core.links().Admit(other, Incarnation(8)).ok()) << "the next life of the region is another's";
+}
+
+TEST_F(WorkerCoreTest, ARevokedRegionThatCannotBeIsRefused) {
+  order.add_revoked()->set_region(0);
+  EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), IsEmpty());
+}
+
 TEST_F(WorkerCoreTest, AChangeOfStateIsReportedAtOnceAndOtherwiseFromTimeToTime) {
   TakeOrder();
   EXPECT_EQ(ReportIn(Advance()).phase(), v1::WORKER_PHASE_LOADING);

@@ -148,6 +148,16 @@ class TrustTest : public ::testing::Test {
     EXPECT_GE(renewed, times) << host::LastLinesText(AgentLog(), 5);
     return page;
   }
+  // Until the agent has the list of revocations with this number on its disk.
+  void AwaitKeptRevocations(int number) const {
+    const std::string kept = fmt::format("revocations kept number={}", number);
+    const auto patience_ends = std::chrono::steady_clock::now() + kPatience;
+    std::string log;
+    while (log.find(kept) == std::string::npos && std::chrono::steady_clock::now() < patience_ends) {
+      log = *host::ReadFile(AgentLog(), kMaxFileBytes);
+    }
+    EXPECT_NE(log.find(kept), std::string::npos) << host::LastLinesText(AgentLog(), 5);
+  }
   std::string ControlLog() const { return folder_.path() + "/control.log"; }
   std::string AgentLog() const { return folder_.path() + "/agent.log"; }
   std::string Everything() const {

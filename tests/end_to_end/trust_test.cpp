@@ -173,6 +173,7 @@ TEST_F(TrustTest, AnotherControlPlaneBeginsFromAnOldBackupUnderRunningWorlds) {
     ASSERT_EQ(made.exit_code, 0) << made.err;
   };
   create("1");
+  (void)JoinToken("beta");
   const std::string backup = folder_.path() + "/cluster.tessera";
   const support::RunResult written = Tessera({"cluster", "backup", backup});
   ASSERT_EQ(written.exit_code, 0) << written.err;
@@ -181,6 +182,9 @@ TEST_F(TrustTest, AnotherControlPlaneBeginsFromAnOldBackupUnderRunningWorlds) {
   const auto ada = local::Bot::Join(players_ + "#" + fingerprint_, "inst-1", "ada", 7);
   ASSERT_TRUE(ada.ok()) << ada.status();
   create("1");  // inst-2, of which the backup knows nothing
+  ASSERT_EQ(Tessera({"host", "remove", "beta"}).exit_code, 0);
+  ASSERT_EQ(Tessera({"player", "ban", "all", "mallory", "--reason", "cheats"}).exit_code, 0);
+  AwaitKeptRevocations(2);
   const auto workers = [] {
     std::map<std::string, std::int64_t> pids;
     const support::RunResult shown = Tessera({"-o", "json", "host", "describe", "alpha"});
@@ -206,7 +210,7 @@ TEST_F(TrustTest, AnotherControlPlaneBeginsFromAnOldBackupUnderRunningWorlds) {
   const support::RunResult restored =
       support::RunProgram("tessera-control", {"--state-dir", state, "--restore", backup});
   ASSERT_EQ(restored.exit_code, 0) << restored.err;
-  EXPECT_THAT(restored.out, HasSubstr("hosts 1, instances 1"));
+  EXPECT_THAT(restored.out, HasSubstr("hosts 2, instances 1"));
   EXPECT_THAT(support::RunProgram("tessera-control", {"--state-dir", state, "--restore", backup}).err,
               HasSubstr("holds a cluster already"));
   StartControl(operators_, players_);
@@ -219,6 +223,8 @@ TEST_F(TrustTest, AnotherControlPlaneBeginsFromAnOldBackupUnderRunningWorlds) {
   }
   ASSERT_EQ(joined.exit_code, 0) << joined.err;
   EXPECT_EQ(workers(), before) << "no worker was ended or started";
+  EXPECT_THAT(Tessera({"player", "bans", "all"}).out, ::testing::AllOf(HasSubstr("mallory"), HasSubstr("cheats")));
+  EXPECT_THAT(Tessera({"host", "list"}).out, ::testing::AllOf(HasSubstr("alpha"), Not(HasSubstr("beta"))));
   EXPECT_THAT(Tessera({"instance", "describe", "inst-1"}).out,
               ::testing::AllOf(HasSubstr("RUNNING"), HasSubstr("taken up as it runs"), HasSubstr("Players:  1")));
   const auto bob = local::Bot::Join(players_ + "#" + fingerprint_, "inst-1", "bob", 8);
