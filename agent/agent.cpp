@@ -19,6 +19,7 @@
 #include "host/last_lines.h"
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
+#include "telemetry/metrics_token.h"
 #include "trust/certificate.h"
 #include "trust/control_address.h"
 
@@ -93,7 +94,10 @@ absl::Status Agent::Prepare() {
     std::error_code ignored;
     std::filesystem::remove(options_.ready_file, ignored);  // an earlier agent's must not be believed
   }
-  auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry());
+  auto token = telemetry::ReadMetricsToken(options_.metrics_token_file);
+  if (!token.ok()) return token.status();
+  auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry(),
+                                                *std::move(token));
   if (!server.ok()) return server.status();
   metrics_server_ = *std::move(server);
   if (absl::Status status = host::MakePrivateFolder(state_->StatesPath()); !status.ok()) return status;

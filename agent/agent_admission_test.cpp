@@ -221,5 +221,27 @@ TEST_F(AgentAdmissionTest, ReadyFileTellsWhereTheMetricsAreAndTheyCount) {
   EXPECT_THAT(metrics, HasSubstr("\nprocess_resident_memory_bytes "));
 }
 
+TEST_F(AgentAdmissionTest, AMetricsTokenIsAskedForAndItsFileIsGivenToWorkers) {
+  const std::string token = "0123456789abcdef", path = folder_ + "/metrics.token";
+  std::ofstream(path) << token << "\n";
+  const auto agent = StartAdmitted({"--metrics-token-file", path});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  const std::string address = "127.0.0.1:" + std::to_string(control_.record().hellos.at(0).metrics_port());
+  EXPECT_EQ(telemetry::HttpGet(address, "/metrics").value().status, 401);
+  EXPECT_EQ(telemetry::HttpGet(address, "/metrics", token).value().status, 200);
+  const auto pid = control_.record().reports.at(1).identity().pid();
+  const auto command_line = host::ReadFile("/proc/" + std::to_string(pid) + "/cmdline", 65536);
+  ASSERT_TRUE(command_line.ok()) << command_line.status();
+  EXPECT_THAT(*command_line, HasSubstr("--metrics-token-file" + std::string(1, '\0') + path));
+  EXPECT_THAT(*command_line, Not(HasSubstr(token))) << "others on this machine see it";
+}
+
+TEST_F(AgentAdmissionTest, AMetricsTokenFileThatIsNotThereEndsItByName) {
+  const auto agent = StartAgent({"--join-token", "good-token", "--metrics-token-file", folder_ + "/none"});
+  EXPECT_EQ(agent->Wait(), Exited(2));
+  EXPECT_THAT(agent->Output(), HasSubstr("--metrics-token-file " + folder_ + "/none: "));
+}
+
 }  // namespace
 }  // namespace tessera::agent

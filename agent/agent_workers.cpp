@@ -132,6 +132,9 @@ std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const
       "--metrics-listen",
       host::ToString(host::SocketAddress{options_.metrics_host, static_cast<std::uint16_t>(action.first_port + 2)}),
   };
+  if (!options_.metrics_token_file.empty()) {
+    arguments.insert(arguments.end(), {"--metrics-token-file", options_.metrics_token_file});
+  }
   const std::vector<std::string> sandbox = SandboxArguments(action.key);
   arguments.insert(arguments.end(), sandbox.begin(), sandbox.end());
   arguments.insert(arguments.end(), {"--log-file", state_->LogPath(IdentityOf(action.key))});

@@ -38,8 +38,8 @@ std::uint64_t DefaultWorkerMegabytes() {
 struct AgentFlags {
   std::string control = "unix:" + trust::DefaultControlSocket(), join_token, join_token_file,
               state_dir = "/var/lib/tessera/agent";
-  std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", region_binary, ready_file, game_modules,
-              log_level;
+  std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", metrics_token_file, region_binary, ready_file,
+              game_modules, log_level;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
   std::string worker_sandbox = "on";
@@ -73,6 +73,9 @@ void Declare(CLI::App& app, AgentFlags& f) {
   app.add_option("--metrics-listen", f.metrics,
                  "ADDRESS:PORT of /metrics; port 0 takes a free one; workers serve theirs at the same address")
       ->capture_default_str();
+  app.add_option("--metrics-token-file", f.metrics_token_file,
+                 "file with a token that scrapers must show, to workers too; default none: whoever reaches the address "
+                 "may ask");
   app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
   app.add_option("--game-modules", f.game_modules,
                  "folder of shared libraries that worlds may run as games, which are trusted; default none");
@@ -119,6 +122,10 @@ absl::Status CheckAddresses(const AgentFlags& f, AgentOptions& options) {
   if (!metrics.ok()) return metrics.status();
   options.metrics_host = metrics->host;
   options.metrics_port = metrics->port;
+  if (!f.metrics_token_file.empty()) {
+    // Workers get the path too, and the folder that they start in is theirs to choose.
+    options.metrics_token_file = std::filesystem::absolute(f.metrics_token_file).string();
+  }
   return absl::OkStatus();
 }
 

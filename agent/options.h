@@ -19,6 +19,7 @@ struct AgentOptions {
   std::string bind_address;  // workers listen on it
   std::string metrics_host = "127.0.0.1";
   std::uint16_t metrics_port = 7702;
+  std::string metrics_token_file;  // for this program and its workers; empty: none
   std::string region_binary;
   std::string ready_file;
   std::string game_modules;  // folder of native games; empty: none

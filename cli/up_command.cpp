@@ -27,7 +27,7 @@ namespace {
 struct UpOptions {
   std::string state_dir;
   std::string socket, listen, players_listen, players_https;
-  std::string metrics_listen = "127.0.0.1:7701";
+  std::string metrics_listen = "127.0.0.1:7701", metrics_token_file;
   std::string page_listen = "127.0.0.1:7710";
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;
@@ -105,6 +105,7 @@ void Up(const Globals& globals, const UpOptions& options) {
       .players_listen = options.players_listen,
       .players_https = options.players_https,
       .metrics_listen = options.metrics_listen,
+      .metrics_token_file = options.metrics_token_file,
       .hosts = options.hosts,
       .capacity = options.capacity,
       .page_listen = options.page_listen,
@@ -161,6 +162,8 @@ void AddUpCommand(CLI::App& app, Globals& globals) {
   up->add_option("--metrics-listen", options->metrics_listen,
                  "HTTP address of the control plane: /metrics, /healthz, /sd/prometheus")
       ->capture_default_str();
+  up->add_option("--metrics-token-file", options->metrics_token_file,
+                 "File with a token that scrapers must show to every program (default: none)");
   up->add_option("--page-listen", options->page_listen, "HTTP address of the page")->capture_default_str();
   up->add_option("--hosts", options->hosts, "Number of agents")->capture_default_str()->check(CLI::Range(1, 16));
   up->add_option("--capacity", options->capacity, "Regions that each agent takes (default: 8 a core)");

@@ -31,6 +31,7 @@
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
+#include "telemetry/metrics_token.h"
 
 namespace tessera::control {
 namespace {
@@ -38,7 +39,7 @@ namespace {
 struct ControlFlags {
   std::string listen, players_listen, socket;
   HttpsFlags https;
-  std::string metrics_listen = "127.0.0.1:7701";
+  std::string metrics_listen = "127.0.0.1:7701", metrics_token_file;
   std::string state_dir, checkpoints;
   std::string s3_endpoint, s3_region;
   std::optional<S3Settings> s3;  // where `checkpoints` names a bucket
@@ -69,11 +70,13 @@ int Fail(const absl::Status& status) {
   return 1;
 }
 
-absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const std::string& address,
+absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const ControlFlags& flags,
                                                                     const ControlMetrics& metrics) {
-  const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
+  const auto parsed = host::ParseSocketAddress(flags.metrics_listen, host::PortRule::kFrom0);
   if (!parsed.ok()) return parsed.status();
-  return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry());
+  auto token = telemetry::ReadMetricsToken(flags.metrics_token_file);
+  if (!token.ok()) return token.status();
+  return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry(), *std::move(token));
 }
 
 // `doors`: as bound.
@@ -203,7 +206,7 @@ absl::Status RunAlone(const ControlFlags& flags, const sigset_t& signals) {
   const auto store = SqliteStore::Open(flags.state_dir + "/control.db");
   if (!store.ok()) return store.status();
   ControlMetrics metrics;
-  const auto http = StartHttp(flags.metrics_listen, metrics);
+  const auto http = StartHttp(flags, metrics);
   if (!http.ok()) return http.status();
   const Pages pages{.server = **http};
   AddPages(**http, pages.gate);
@@ -229,7 +232,7 @@ absl::Status RunElected(const ControlFlags& flags, const sigset_t& signals) {
   const auto client = ConnectStore(flags.store);
   if (!client.ok()) return client.status();
   ControlMetrics metrics;
-  const auto http = StartHttp(flags.metrics_listen, metrics);
+  const auto http = StartHttp(flags, metrics);
   if (!http.ok()) return http.status();
   const Pages pages{.server = **http};
   AddPages(**http, pages.gate);
@@ -306,6 +309,8 @@ int main(int argc, char** argv) {
                  "HTTP address: /metrics, /healthz, /sd/prometheus; port 0 takes a free one")
       ->check(is_address)
       ->capture_default_str();
+  app.add_option("--metrics-token-file", flags.metrics_token_file,
+                 "file with a token that scrapers must show; default none: whoever reaches the address may ask");
   app.add_option("--state-dir", flags.state_dir,
                  "folder of the store, the seal and checkpoints; made if it is not there")
       ->required();

@@ -25,6 +25,7 @@
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
+#include "telemetry/metrics_token.h"
 #include "trust/control_address.h"
 
 namespace tessera::gateway {
@@ -36,7 +37,7 @@ constexpr std::size_t kMaxTokenFileBytes = 1024;
 
 struct GatewayFlags {
   std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
-  std::string page, ready_file, token_file, key_file, log_level;
+  std::string metrics_token_file, page, ready_file, token_file, key_file, log_level;
   std::vector<std::string> allow_origins;
   GatewayOptions options;
   std::uint64_t max_viewer_kbytes = 4000, recording_mb = 1000, recordings_mb = 10'000;
@@ -94,6 +95,8 @@ absl::Status Run(const GatewayFlags& flags) {
   const auto metrics_listen = host::ParseSocketAddress(flags.metrics_listen, host::PortRule::kFrom0);
   if (!listen.ok()) return listen.status();
   if (!metrics_listen.ok()) return metrics_listen.status();
+  const auto metrics_token = telemetry::ReadMetricsToken(flags.metrics_token_file);
+  if (!metrics_token.ok()) return metrics_token.status();
   const std::string page = flags.page.empty() ? FindPage() : flags.page;
   if (page.empty()) spdlog::warn("page not found; only the API is served");
   GatewayOptions options = flags.options;
@@ -115,7 +118,7 @@ absl::Status Run(const GatewayFlags& flags) {
   if (absl::Status folder = RecordingFolder(options.recordings_dir, {}).Open(); !folder.ok()) return folder;
   GatewayMetrics metrics;
   const auto metrics_server =
-      telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry);
+      telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry, *metrics_token);
   if (!metrics_server.ok()) return metrics_server.status();
   const auto server =
       WebServer::Start({.listen = *listen, .page = page, .allow_origins = flags.allow_origins}, metrics);
@@ -167,6 +170,8 @@ int main(int argc, char** argv) {
   app.add_option("--metrics-listen", flags.metrics_listen, "HTTP address: /metrics; port 0 takes a free one")
       ->check(is_address)
       ->capture_default_str();
+  app.add_option("--metrics-token-file", flags.metrics_token_file,
+                 "file with a token that scrapers must show; default none: whoever reaches the address may ask");
   app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
   app.add_option("--allow-origin", flags.allow_origins,
                  "a further origin whose pages may connect, e.g. https://play.example; may be repeated");

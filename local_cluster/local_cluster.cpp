@@ -107,7 +107,8 @@ void LocalCluster::StartControl() {
                                    ready};
   for (const auto& [option, value] :
        {std::pair("--socket", options_.socket), std::pair("--listen", options_.listen),
-        std::pair("--players-listen", options_.players_listen), std::pair("--players-https", options_.players_https)}) {
+        std::pair("--players-listen", options_.players_listen), std::pair("--players-https", options_.players_https),
+        std::pair("--metrics-token-file", options_.metrics_token_file)}) {
     if (!value.empty()) argv.insert(argv.end(), {option, value});
   }
   control_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
@@ -117,6 +118,11 @@ void LocalCluster::StartControl() {
   players_address_ = addresses.at("players").get<std::string>();
   players_https_address_ = addresses.at("players_https").get<std::string>();
   http_address_ = addresses.at("http").get<std::string>();
+}
+
+void LocalCluster::AddMetricsToken(std::vector<std::string>& argv) const {
+  if (options_.metrics_token_file.empty()) return;
+  argv.insert(argv.end(), {"--metrics-token-file", options_.metrics_token_file});
 }
 
 void LocalCluster::StartGateway() {
@@ -140,6 +146,7 @@ void LocalCluster::StartGateway() {
       host::IsLoopback(OrThrow(host::ParseSocketAddress(options_.page_listen, host::PortRule::kFrom0)).host);
   if (with_key) argv.insert(argv.end(), {"--key-file", key_file});
   if (options_.network == nullptr) argv.emplace_back("--local");
+  AddMetricsToken(argv);
   gateway_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
   const nlohmann::json addresses = WaitReady(*gateway_, "tessera-gateway", ready, log);
   page_address_ = addresses.at("http").get<std::string>();
@@ -168,6 +175,7 @@ host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
                            "--ready-file", ready, "--advertise-address", address, "--metrics-listen", address + ":0",
                            "--stop-workers"});
   if (!options_.workers_outlive_agents) argv.emplace_back("--die-with-parent");
+  AddMetricsToken(argv);
   if (!fs::exists(state + "/host.json")) {
     Connection connection(control_address_);
     v1::AddHostRequest request;

@@ -25,6 +25,7 @@ struct LocalClusterOptions {
   std::string socket = {};                                           // the control plane's; empty: in the state folder
   std::string listen = {}, players_listen = {}, players_https = {};  // its doors by TLS; empty: none
   std::string metrics_listen = "127.0.0.1:0";                        // its HTTP
+  std::string metrics_token_file = {};                               // for every program; empty: none
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
   std::string region_binary = {};   // the worker's program; empty: the one beside the agent
@@ -70,6 +71,7 @@ class LocalCluster {
  private:
   void StartControl();
   void StartGateway();
+  void AddMetricsToken(std::vector<std::string>& argv) const;
   host::ChildProcess StartAgent(std::uint32_t index);
 
   LocalClusterOptions options_;

@@ -9,6 +9,7 @@
 #include "host/renamed_options.h"
 #include "host/socket_address.h"
 #include "region_worker/standalone.h"
+#include "telemetry/metrics_token.h"
 
 namespace tessera::worker {
 namespace {
@@ -21,7 +22,7 @@ struct RawFlags {
   std::uint32_t region = 0;
   std::uint64_t incarnation = 0;
   WorkerOptions options;
-  std::string metrics_listen, sandbox = "off";
+  std::string metrics_listen, metrics_token_file, sandbox = "off";
 };
 
 void Declare(CLI::App& app, RawFlags& raw) {
@@ -32,6 +33,8 @@ void Declare(CLI::App& app, RawFlags& raw) {
   app.add_option("--bind-address", options.bind_address, "IPv4 address to listen on")->capture_default_str();
   app.add_option("--metrics-listen", raw.metrics_listen,
                  "ADDRESS:PORT of /metrics; port 0 takes a free one; left out: 127.0.0.1, alone at the third port");
+  app.add_option("--metrics-token-file", raw.metrics_token_file,
+                 "file with a token that scrapers must show; left out: whoever reaches the address may ask");
   app.add_option("--log-level", options.log_level,
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
@@ -175,7 +178,10 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   return absl::OkStatus();
 }
 
-absl::Status CheckMetricsAddress(RawFlags& raw) {
+absl::Status CheckMetrics(RawFlags& raw) {
+  auto token = telemetry::ReadMetricsToken(raw.metrics_token_file);
+  if (!token.ok()) return token.status();
+  raw.options.metrics_token = *std::move(token);
   if (raw.metrics_listen.empty()) return absl::OkStatus();
   const auto address = host::ParseSocketAddress(raw.metrics_listen, host::PortRule::kFrom0);
   if (!address.ok()) {
@@ -218,7 +224,7 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
   } else {
     status = under_agent ? CheckAgentFlags(raw) : CheckStandaloneFlags(raw, app.count("--seconds") > 0);
   }
-  if (status.ok()) status = CheckMetricsAddress(raw);
+  if (status.ok()) status = CheckMetrics(raw);
   if (!status.ok()) return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", status.message(), "\n")};
   raw.options.identity.region = RegionId(raw.region);
   if (raw.options.advertise_address.empty()) raw.options.advertise_address = raw.options.bind_address;

@@ -15,6 +15,10 @@ using Connection = std::unique_ptr<mg_connection, decltype(&mg_close_connection)
 
 constexpr int kPatience_ms = 10'000;  // a caller that hangs says less than one that fails
 
+std::string Authorization(const std::string& bearer_token) {
+  return bearer_token.empty() ? "" : absl::StrCat("Authorization: Bearer ", bearer_token, "\r\n");
+}
+
 absl::StatusOr<HttpAnswer> Ask(const char* method, const char* headers, const std::string& address,
                                const std::string& path_and_query) {
   const auto fail = [&](const std::string& why) {
@@ -44,14 +48,14 @@ absl::StatusOr<HttpAnswer> Ask(const char* method, const char* headers, const st
 
 }  // namespace
 
-absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query) {
-  return Ask("GET", "", address, path_and_query);
+absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query,
+                                   const std::string& bearer_token) {
+  return Ask("GET", Authorization(bearer_token).c_str(), address, path_and_query);
 }
 
 absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path,
                                     const std::string& bearer_token) {
-  std::string headers = "Content-Length: 0\r\n";
-  if (!bearer_token.empty()) absl::StrAppend(&headers, "Authorization: Bearer ", bearer_token, "\r\n");
+  const std::string headers = absl::StrCat("Content-Length: 0\r\n", Authorization(bearer_token));
   return Ask("POST", headers.c_str(), address, path);
 }
 

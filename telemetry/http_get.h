@@ -15,10 +15,11 @@ struct HttpAnswer {
 };
 
 // `address` is "127.0.0.1:9090", `path_and_query` starts with '/'. UNAVAILABLE, which names the page, where nobody
-// listens or the answer is not HTTP.
-absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query);
+// listens or the answer is not HTTP. `bearer_token` proves who asks; empty: nobody.
+absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query,
+                                   const std::string& bearer_token = "");
 
-// Without a body. `bearer_token` proves who asks; empty: nobody.
+// Without a body.
 absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path,
                                     const std::string& bearer_token = "");
 

@@ -20,6 +20,7 @@
 #include "CivetServer.h"
 #include "absl/strings/str_cat.h"
 #include "prometheus/text_serializer.h"
+#include "telemetry/metrics_token.h"
 #include "telemetry/process_metrics.h"
 
 namespace tessera::telemetry {
@@ -27,6 +28,9 @@ namespace {
 
 constexpr char kThreads[] = "2";              // a scrape and a health probe at once; more only adds stacks
 constexpr char kRequestTimeoutMs[] = "3000";  // a client that stalls gives its thread back after this
+
+// Probes of health carry no secret, and the answer tells nothing that one is needed for.
+constexpr std::string_view kOpenPage = "/healthz";
 
 // CivetWeb reports why a bind failed only through its log callback, which runs on the thread that constructs the
 // server.
@@ -76,6 +80,8 @@ const char* ReasonPhrase(int status) {
       return "OK";
     case 400:
       return "Bad Request";
+    case 401:
+      return "Unauthorized";
     case 404:
       return "Not Found";
     case 405:
@@ -94,6 +100,7 @@ const char* ReasonPhrase(int status) {
 struct MetricsServer::Impl : CivetHandler {
   BoundAddress endpoint;
   std::uint16_t port = 0;
+  std::string token;  // empty: everybody may ask
   std::shared_ptr<prometheus::Registry> registry;
   ProcessMetrics process_metrics;
 
@@ -121,6 +128,12 @@ struct MetricsServer::Impl : CivetHandler {
             .body = prometheus::TextSerializer().Serialize(families)};
   }
 
+  bool MayAsk(const mg_connection* connection, const mg_request_info& info) const {
+    if (token.empty() || info.local_uri == kOpenPage) return true;
+    const char* shown = mg_get_header(connection, "Authorization");
+    return shown != nullptr && ShowsToken(shown, token);
+  }
+
   HttpReply Answer(const mg_request_info& info) {
     const std::string_view method = info.request_method;
     if (method != "GET" && method != "HEAD") return {.status = 405, .body = "only GET and HEAD\n"};
@@ -140,11 +153,14 @@ struct MetricsServer::Impl : CivetHandler {
 
   bool Reply(mg_connection* connection) {
     const mg_request_info& info = *mg_get_request_info(connection);
-    const HttpReply reply = Answer(info);
+    const HttpReply reply = MayAsk(connection, info)
+                                ? Answer(info)
+                                : HttpReply{.status = 401, .body = "the token of the metrics is needed\n"};
     std::string message =
         absl::StrCat("HTTP/1.1 ", reply.status, " ", ReasonPhrase(reply.status),
                      "\r\nContent-Type: ", reply.content_type, "\r\nContent-Length: ", reply.body.size(),
-                     "\r\nConnection: close\r\n", reply.status == 405 ? "Allow: GET, HEAD\r\n" : "", "\r\n");
+                     "\r\nConnection: close\r\n", reply.status == 405 ? "Allow: GET, HEAD\r\n" : "",
+                     reply.status == 401 ? "WWW-Authenticate: Bearer\r\n" : "", "\r\n");
     if (std::string_view(info.request_method) != "HEAD") message += reply.body;
     mg_write(connection, message.data(), message.size());
     return true;
@@ -181,13 +197,15 @@ struct MetricsServer::Impl : CivetHandler {
 };
 
 absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::string& bind_address, std::uint16_t port,
-                                                                    std::shared_ptr<prometheus::Registry> registry) {
+                                                                    std::shared_ptr<prometheus::Registry> registry,
+                                                                    std::string token) {
   absl::StatusOr<BoundAddress> endpoint = ParseAddress(bind_address);
   if (!endpoint.ok()) return endpoint.status();
 
   auto impl = std::make_unique<Impl>();
   impl->endpoint = *std::move(endpoint);
   impl->registry = std::move(registry);
+  impl->token = std::move(token);
   impl->handlers["/metrics"] = [raw = impl.get()](const HttpRequest&) { return raw->Metrics(); };
 
   const std::string wanted = absl::StrCat(impl->endpoint.host, ":", port);

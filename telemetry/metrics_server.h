@@ -9,8 +9,9 @@
 //   (*server)->AddHandler("/healthz", [](const HttpRequest&) { return HttpReply{.body = "ok\n"}; });
 //   spdlog::info("metrics at={}", (*server)->address());
 //
-// Only GET and HEAD are answered; an unknown path is 404, another method 405. There is no TLS and no authentication:
-// bind to loopback or to a network that only operators reach. Thread rule: every method may be called from any thread.
+// Only GET and HEAD are answered; an unknown path is 404, another method 405. Where there is a token, whoever asks for
+// anything but /healthz shows it, or gets 401. There is no TLS: bind to loopback or to a network that only operators
+// reach. Thread rule: every method may be called from any thread.
 // Handlers and collectables run on one of two server threads, at most two at a time, and must not block. The destructor
 // waits for requests under way.
 #pragma once
@@ -45,8 +46,10 @@ class MetricsServer {
   // `bind_address` is an IPv4 or IPv6 literal, or "localhost"; `port` 0 takes a free one. Errors name both:
   // kInvalidArgument for an address that is none, kUnavailable where it cannot be bound (in use, not an address of this
   // host, no permission).
+  // `token`: see metrics_token.h; empty: everybody may ask.
   static absl::StatusOr<std::unique_ptr<MetricsServer>> Start(const std::string& bind_address, std::uint16_t port,
-                                                              std::shared_ptr<prometheus::Registry> registry);
+                                                              std::shared_ptr<prometheus::Registry> registry,
+                                                              std::string token = "");
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
