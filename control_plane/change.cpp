@@ -156,9 +156,11 @@ class Planner {
     if (!changed.ok() || !*changed) {
       const auto scaled = Scale();
       if (!scaled.ok()) return scaled.status();
-      const auto left = *scaled ? absl::StatusOr<bool>(true) : LeaveSlowHost();
+      const auto left = *scaled ? absl::StatusOr<bool>(true) : LeaveHost();
       if (!left.ok()) return left.status();
-      const auto spread = *left ? absl::StatusOr<bool>(true) : SpreadOne();
+      // Nothing is begun without need while a link is cut: bodies that wait for the link would hold it up.
+      if (*left || HasCut()) return Finish();
+      const auto spread = SpreadOne();
       if (!spread.ok()) return spread.status();
       if (!*spread && record_.balance() && Imbalance(loads_) > kBalanceAbove) {
         tree_.Balance(loads_, spreads_, kBalanceStep);
@@ -185,7 +187,7 @@ class Planner {
   }
 
   // Adds a region on the host `wished` if it has room, else where fewest of this instance are, then where most is free;
-  // on a slow host only if no other has room.
+  // on one to be avoided only if no other has room.
   absl::StatusOr<RegionId> AddRegion(const std::string& wished) {
     std::map<std::string, int> here;
     for (const records::Placement& placement : next_.placements()) ++here[placement.host_id()];
@@ -193,7 +195,7 @@ class Planner {
     for (FreeHost& host : hosts_) {
       if (host.free == 0) continue;
       const auto rank = [&](const FreeHost& h) {
-        return std::tuple(h.slow, h.id != wished, here[h.id], -static_cast<std::int64_t>(h.free));
+        return std::tuple(h.avoided, h.id != wished, here[h.id], -static_cast<std::int64_t>(h.free));
       };
       if (best == nullptr || rank(host) < rank(*best)) best = &host;
     }
@@ -230,16 +232,16 @@ class Planner {
     return false;
   }
 
-  // Moves the region that keeps the world slow by its host, if another has room.
-  absl::StatusOr<bool> LeaveSlowHost() {
-    const auto slow =
-        std::find_if(facts_.begin(), facts_.end(), [](const RegionFacts& region) { return region.host_slow; });
+  // Moves the region that is not to stay on its host, if another has room.
+  absl::StatusOr<bool> LeaveHost() {
+    const auto leaves =
+        std::find_if(facts_.begin(), facts_.end(), [](const RegionFacts& region) { return region.leaves_host; });
     const bool room =
-        std::any_of(hosts_.begin(), hosts_.end(), [](const FreeHost& host) { return host.free > 0 && !host.slow; });
-    if (slow == facts_.end() || !room) return false;
+        std::any_of(hosts_.begin(), hosts_.end(), [](const FreeHost& host) { return host.free > 0 && !host.avoided; });
+    if (leaves == facts_.end() || !room) return false;
     const auto newcomer = AddRegion("");
     if (!newcomer.ok()) return newcomer.status();
-    tree_.Replace(RegionId(slow->region), *newcomer);
+    tree_.Replace(RegionId(leaves->region), *newcomer);
     return true;
   }
 
@@ -252,7 +254,7 @@ class Planner {
     const bool on_one = here.size() == 1;
     const FreeHost* to = nullptr;
     for (const FreeHost& host : hosts_) {
-      if (host.free == 0 || host.slow || (!on_one && !here.contains(host.id))) continue;
+      if (host.free == 0 || host.avoided || (!on_one && !here.contains(host.id))) continue;
       if (to == nullptr || here[host.id] < here[to->id]) to = &host;
     }
     if (to == nullptr) return false;
@@ -265,6 +267,11 @@ class Planner {
     if (!newcomer.ok()) return newcomer.status();
     tree_.Replace(RegionId(from->region), *newcomer);
     return true;
+  }
+
+  bool HasCut() const {
+    return std::any_of(facts_.begin(), facts_.end(),
+                       [](const RegionFacts& region) { return !region.cut_from.empty(); });
   }
 
   absl::StatusOr<bool> Scale() {

@@ -29,8 +29,8 @@ struct RegionFacts {
   std::uint64_t incarnation = 0;
   std::string host_id;
   bool host_draining = false;
-  bool host_slow = false;  // it keeps the world slow, by its host; another is to run it if one has room
-  bool newcomer = false;   // begins with the plan under way
+  bool leaves_host = false;  // by its host the world is slow, or its link cut; another runs it if one has room
+  bool newcomer = false;     // begins with the plan under way
   bool bound = false, running = false;
   std::uint64_t tick = 0;  // by now, reckoned from its last report
   std::uint64_t map_version = 0, planned_version = 0, refused_version = 0;

@@ -80,6 +80,8 @@ void AddHealth(const std::vector<InstanceHealth>& all, std::vector<prometheus::M
       {Gauge, "tessera_control_imbalance", "step time of the busiest region by the mean of all",
        [](const InstanceHealth& health) { return health.imbalance; },
        [](const InstanceHealth& health) { return health.imbalance > 0; }},
+      {Counter, "tessera_control_moved_regions_total", "regions moved away from slow hosts and cut links",
+       [](const InstanceHealth& health) { return static_cast<double>(health.moved_regions); }, always},
       {Counter, "tessera_control_lost_bodies_total", "bodies lost by failovers",
        [](const InstanceHealth& health) { return static_cast<double>(health.lost_bodies); }, always},
       {Counter, "tessera_control_lost_ticks_total", "ticks lost by restoring from checkpoints",

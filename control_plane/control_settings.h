@@ -24,6 +24,10 @@ struct ControlSettings {
   // Silence after which a host is LOST. It is twenty heartbeats: shorter, and a paused virtual machine degrades its
   // instances.
   std::chrono::milliseconds lost_after{5000};
+  // How long a link between two regions stays cut after the world is DEGRADED for it, until one of the two is moved. A
+  // link that breaks is dialled again within two seconds and a network that finds another way takes some more: shorter,
+  // and worlds move for what passes; longer, and players see for longer a world whose halves do not touch.
+  std::chrono::milliseconds move_cut_after{5000};
   // How long an instance may be STARTING (or PLACING) before it is given up. A scene of a million bodies loads in
   // seconds.
   std::chrono::milliseconds start_timeout{60'000};
@@ -76,11 +80,21 @@ inline constexpr std::size_t kPieceBytes = 1 << 20, kMaxStateBytes = std::size_t
 // heavier side's extent. Lower or larger: bodies change hands for noise.
 inline constexpr double kBalanceAbove = 1.2, kBalanceStep = 0.5;
 
+// Time from one region that is moved for its slow host, or for a cut link, to the next of the same world for the same
+// cause. Shorter, and regions are carried to and fro between hosts that are bad in turn.
+inline constexpr std::chrono::milliseconds kMovedRegionInterval{600'000};
+
 // A body of a slow host costs this much more than one elsewhere, the steps of its region are longer than a tick, and
 // both last so long, until the region is moved; the next one not sooner than the interval. A cost nearer to 1, or a
 // shorter time, and worlds move for what passes; a longer one, and players feel a slow machine for longer.
 inline constexpr double kSlowHostCost = 1.5;
-inline constexpr std::chrono::milliseconds kSlowHostAfter{15'000}, kSlowHostInterval{600'000};
+inline constexpr std::chrono::milliseconds kSlowHostAfter{15'000}, kSlowHostInterval = kMovedRegionInterval;
+
+// How long a change may be held up by bodies that wait for a cut link, until the region that has them is carried on by
+// its standby. Without a cut they are handed over within a second; with one, those that come back by themselves, or
+// reach a third region, take some more. Shorter, and a failover stops a world that is almost done; longer, and a world
+// of two regions, where none comes back, is in two halves for longer.
+inline constexpr std::chrono::milliseconds kCutChangePatience{5000};
 
 // Most instances that have ended and are kept; the oldest go first.
 inline constexpr std::size_t kMaxEndedInstances = 1000;

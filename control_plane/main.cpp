@@ -52,7 +52,8 @@ struct ControlFlags {
 };
 
 // Shorter spans take a healthy host on a busy machine for a dead one.
-constexpr std::chrono::milliseconds kLeastLostAfter{1000}, kLeastFailoverAfter{500}, kLongestSpan{3'600'000};
+constexpr std::chrono::milliseconds kLeastLostAfter{1000}, kLeastFailoverAfter{500}, kLeastMoveCutAfter{1000};
+constexpr std::chrono::milliseconds kLongestSpan{3'600'000};
 
 // Declares option `name`: a time in seconds, from `least` on.
 void AddSpan(CLI::App& app, const std::string& name, std::chrono::milliseconds& span, std::chrono::milliseconds least,
@@ -333,6 +334,9 @@ int main(int argc, char** argv) {
                    "seconds of silence after which a host counts as lost, at least 1");
   control::AddSpan(app, "--failover-after", flags.settings.failover_after, control::kLeastFailoverAfter,
                    "seconds of silence of a host after which others carry its regions on, at least 0.5");
+  control::AddSpan(app, "--move-cut-after", flags.settings.move_cut_after, control::kLeastMoveCutAfter,
+                   "seconds for which a world is DEGRADED by a cut link until one of its two regions is moved, at "
+                   "least 1");
   app.add_option("--log-level", flags.log_level,
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info");
   try {

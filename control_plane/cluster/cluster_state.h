@@ -63,6 +63,12 @@ struct WorkerEntry {
   bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
 };
 
+// Two neighbours of a world that have no link, and since when.
+struct CutLink {
+  std::uint32_t one = 0, other = 0;  // the lower region first
+  Steady since{0};
+};
+
 // A set of instances.
 using InstanceNumbers = std::set<std::uint64_t>;
 
@@ -100,11 +106,15 @@ struct InstanceEntry {
   std::uint64_t newest_tick = 0;
 
   // Written by Instances.
-  std::string degraded;                                                 // why; empty in good health
-  std::size_t uncovered_regions = 0, still_regions = 0, cut_links = 0;  // as HealthWatch has them
+  std::string degraded;                                  // why; empty in good health
+  std::size_t uncovered_regions = 0, still_regions = 0;  // as HealthWatch has them
+  std::vector<CutLink> cut_links;                        // likewise
   Steady start_deadline{0};
   Steady state_since{0};
   bool withdrawn = false;  // the grace of stopping is over: its workers are in no desired set
+
+  // Written by PlannedChanges.
+  std::uint64_t moved_regions = 0;  // for slow hosts and cut links, in this life
 
   // Written by GameEvents and GameMessages.
   std::uint64_t published_events = 0;     // that the game ever published, and restores

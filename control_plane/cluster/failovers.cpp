@@ -43,7 +43,7 @@ void Failovers::Adopt(const InstanceEntry& instance, Now now) {
 FailoverStep Failovers::Next(const InstanceEntry& instance, const CutBetween& cut, Now now) {
   const records::Instance& record = instance.record;
   if (const std::vector<Death> deaths = Deaths(instance, now); !deaths.empty()) {
-    return Begin(instance, deaths, cut, now);
+    return Begin(instance, deaths, DescribeDeaths(state_, instance, deaths), cut, now);
   }
   if (!record.has_failover()) return {};
   if (!record.failover().has_resolution()) return Resolve(instance, now);
@@ -98,10 +98,22 @@ bool Failovers::Outlives(const InstanceEntry& instance, std::size_t standby, std
   return own->last_heard - last_sign >= settings_.failover_after / 2;
 }
 
-FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const CutBetween& cut,
-                              Now now) {
+// Its worker counts as dead, but its end has not been seen: the failover waits for that, or for its lease to run out.
+FailoverStep Failovers::CarryOn(const InstanceEntry& instance, std::uint32_t region, const CutBetween& cut, Now now) {
+  const auto worker = std::find_if(instance.workers.begin(), instance.workers.end(),
+                                   [region](const WorkerEntry& entry) { return entry.region == region; });
+  if (worker == instance.workers.end() || worker->gone || instance.record.has_failover()) return {};
+  const std::vector<Death> ends = {{region, worker->incarnation, false}};
+  if (!BeyondFailover(instance.record, ends).empty()) return {};
+  const std::string why = absl::StrCat("region ", region, " to be carried on by region ",
+                                       StandbyOf(instance.record, region), ": its bodies wait for a cut link");
+  FailoverStep step = Begin(instance, ends, why, cut, now);
+  return step.next ? std::move(step) : FailoverStep();
+}
+
+FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const std::string& why,
+                              const CutBetween& cut, Now now) {
   const records::Instance& record = instance.record;
-  const std::string why = DescribeDeaths(state_, instance, deaths);
   if (const std::vector<std::uint32_t> beyond = BeyondFailover(record, deaths); !beyond.empty()) {
     const bool has_standbys = record.map().regions_size() > 1;
     return {.given_up = has_standbys ? absl::StrCat(why, " (lost together with its standby: region ",

@@ -43,6 +43,8 @@ class Failovers {
 
   // The next step of a RUNNING instance; an empty one if there is none now. `cut` keeps standbys apart.
   FailoverStep Next(const InstanceEntry& instance, const CutBetween& cut, Now now);
+  // Has the standby carry a region on whose worker lives, which ends. An empty step if that would cost anything.
+  FailoverStep CarryOn(const InstanceEntry& instance, std::uint32_t region, const CutBetween& cut, Now now);
   // Newcomers whose standbys have reported a copy are protected from then on.
   static std::optional<records::Instance> NextProtected(const InstanceEntry& instance);
 
@@ -63,7 +65,8 @@ class Failovers {
   std::vector<Death> Deaths(const InstanceEntry& instance, Now now) const;
   bool CarriedOnByAnother(const InstanceEntry& instance, std::size_t dead, Now now) const;
   bool Outlives(const InstanceEntry& instance, std::size_t standby, std::size_t other) const;
-  FailoverStep Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const CutBetween& cut, Now now);
+  FailoverStep Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const std::string& why,
+                     const CutBetween& cut, Now now);
   FailoverStep Resolve(const InstanceEntry& instance, Now now);
   FailoverStep End(const InstanceEntry& instance, Now now);
 

@@ -44,7 +44,9 @@ std::string HealthFaults::Text() const {
     texts.push_back(
         absl::StrCat("no steps are known of region", still.size() == 1 ? " " : "s ", absl::StrJoin(still, ", ")));
   }
-  for (const auto& [one, other] : cut) texts.push_back(absl::StrCat("regions ", one, " and ", other, " have no link"));
+  for (const CutLink& link : cut) {
+    texts.push_back(absl::StrCat("regions ", link.one, " and ", link.other, " have no link"));
+  }
   texts.insert(texts.end(), uncovered.begin(), uncovered.end());
   return absl::StrJoin(texts, "; ");
 }
@@ -125,7 +127,7 @@ void HealthWatch::LookAtLinks(const InstanceEntry& instance, Watched& watched, H
       const std::pair pair(id, neighbor.value());
       const auto known = before.find(pair);
       const Steady since = watched.cut_since[pair] = known == before.end() ? now.steady : known->second;
-      if (now.steady - since > kCutAfter) faults.cut.push_back(pair);
+      if (now.steady - since > kCutAfter) faults.cut.push_back({pair.first, pair.second, since});
     }
   }
 }

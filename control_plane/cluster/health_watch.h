@@ -26,7 +26,7 @@ namespace tessera::control {
 struct HealthFaults {
   std::vector<std::string> uncovered;  // "region 2 on alpha: its standby, region 3 on beta, has no whole copy"
   std::vector<std::uint32_t> still;    // regions
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> cut;
+  std::vector<CutLink> cut;
 
   // One line of all; empty in good health.
   std::string Text() const;

@@ -11,8 +11,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::ElementsAre;
+using ::testing::Field;
 using ::testing::IsEmpty;
-using ::testing::Pair;
 
 // Two regions on two hosts, each the other's standby, whose workers step and hear each other unless a test says not.
 class HealthWatchTest : public ::testing::Test {
@@ -109,7 +109,8 @@ TEST_F(HealthWatchTest, NeighboursWithoutALinkAreNamed) {
   instance_.workers[1].report.clear_linked_regions();
   EXPECT_EQ(Pass(seconds(5)).Text(), "");
   const HealthFaults faults = Pass(milliseconds(200));
-  EXPECT_THAT(faults.cut, ElementsAre(Pair(1, 2)));
+  EXPECT_THAT(faults.cut, ElementsAre(AllOf(Field(&CutLink::one, 1U), Field(&CutLink::other, 2U),
+                                            Field(&CutLink::since, rig_.now.steady - milliseconds(5100)))));
   EXPECT_EQ(faults.Text(), "regions 1 and 2 have no link");
 }
 

@@ -155,10 +155,10 @@ void Instances::NoteHealth(InstanceEntry& instance, Now now) {
 void Instances::NoteFaults(InstanceEntry& instance, const HealthFaults& faults, Now now) {
   const auto begins = [](const auto& fault, std::size_t before) { return !fault.empty() && before == 0; };
   const bool any = begins(faults.uncovered, instance.uncovered_regions) ||
-                   begins(faults.still, instance.still_regions) || begins(faults.cut, instance.cut_links);
+                   begins(faults.still, instance.still_regions) || begins(faults.cut, instance.cut_links.size());
   instance.uncovered_regions = faults.uncovered.size();
   instance.still_regions = faults.still.size();
-  instance.cut_links = faults.cut.size();
+  instance.cut_links = faults.cut;
   if (!any) return;
   records::Instance next = instance.record;
   AddEvent(next, now, absl::StrCat("degraded: ", faults.Text()));

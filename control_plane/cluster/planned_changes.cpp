@@ -242,14 +242,20 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
   Change& change = changes_[instance.number];
   const bool all_run = AllRunByMap(instance);
   if (!AtRest(instance.record) || !all_run || now.steady < change.not_before) return std::nullopt;
+  std::vector<FreeHost> hosts = HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now);
+  for (FreeHost& host : hosts) host.avoided = slow_hosts_.Avoids(instance.number, host.id, now);
+  CutDecision cut = cut_links_.Look(instance, hosts, now);
+  if (cut_links_.IsNews(instance.number, cut.stuck)) {
+    records::Instance told = instance.record;
+    AddEvent(told, now, cut.stuck);
+    state_.Log(absl::StrCat("cut link id=", instance.record.id(), " ", cut.stuck), Severity::kError);
+    return told;
+  }
+  const Leaver leaver = LeaverOf(instance, std::move(cut.move), slow, hosts, now);
   for (std::size_t i = 0; i < facts.size(); ++i) {
     const WorkerEntry& worker = instance.workers[i];
     facts[i].step_s = SmoothedStep(worker, change.workers[worker.incarnation]);
-    facts[i].host_slow = slow && slow->region == worker.region;
-  }
-  std::vector<FreeHost> hosts = HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now);
-  for (FreeHost& host : hosts) {
-    host.slow = slow_hosts_.Avoids(instance.number, host.id, now) || (slow && slow->host_id == host.id);
+    facts[i].leaves_host = leaver.region() == worker.region;
   }
   auto planned = PlanChange(instance.record, facts, hosts);
   if (!planned.ok()) {
@@ -260,14 +266,51 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
   }
   if (!*planned) change.not_before = now.steady + kBalanceInterval;
   const bool newcomer = *planned && (*planned)->last_incarnation() > instance.record.last_incarnation();
-  if (newcomer && slow && !OwnsCells((*planned)->planned().map(), slow->region)) {
-    slow_hosts_.NoteMoved(instance.number, *slow, now);
-    const HostEntry* host = state_.FindHost(slow->host_id);
-    const std::string what = Describe(*slow, host == nullptr ? slow->host_id : host->record.name());
-    AddEvent(**planned, now, "moving what a slow host holds up: " + what);
-    state_.Log(absl::StrCat("slow host id=", instance.record.id(), " ", what), Severity::kWarning);
+  if (newcomer && leaver.region() != 0 && !OwnsCells((*planned)->planned().map(), leaver.region())) {
+    NoteMoved(instance, leaver, **planned, now);
   }
   return *std::move(planned);
+}
+
+// --- Regions that leave their hosts.
+
+PlannedChanges::Leaver PlannedChanges::LeaverOf(const InstanceEntry& instance, std::optional<CutMove> cut,
+                                                const std::optional<SlowRegion>& slow, std::vector<FreeHost>& hosts,
+                                                Now now) const {
+  Leaver leaver;
+  if (!cut) leaver.slow = slow;
+  leaver.cut = std::move(cut);
+  for (FreeHost& host : hosts) {
+    const bool shunned = leaver.cut && leaver.cut->shunned.contains(host.id);
+    host.avoided = host.avoided || shunned || cut_links_.Avoids(instance.number, host.id, now) ||
+                   (leaver.slow && leaver.slow->host_id == host.id);
+  }
+  return leaver;
+}
+
+void PlannedChanges::NoteMoved(InstanceEntry& instance, const Leaver& leaver, records::Instance& planned, Now now) {
+  ++instance.moved_regions;
+  if (leaver.cut) {
+    cut_links_.NoteMoved(instance, leaver.cut->region, now);
+    AddEvent(planned, now, absl::StrCat("moving region ", leaver.cut->region, ": ", leaver.cut->what));
+    state_.Log(absl::StrCat("cut link id=", instance.record.id(), " moved=", leaver.cut->region, " ", leaver.cut->what),
+               Severity::kWarning);
+    return;
+  }
+  slow_hosts_.NoteMoved(instance.number, *leaver.slow, now);
+  const HostEntry* host = state_.FindHost(leaver.slow->host_id);
+  const std::string what = Describe(*leaver.slow, host == nullptr ? leaver.slow->host_id : host->record.name());
+  AddEvent(planned, now, "moving what a slow host holds up: " + what);
+  state_.Log(absl::StrCat("slow host id=", instance.record.id(), " ", what), Severity::kWarning);
+}
+
+void PlannedChanges::NoteCarriedOn(InstanceEntry& instance, std::uint32_t region, Now now) {
+  const bool leaves = !OwnsCells(instance.record.map(), region);
+  if (!leaves) {  // else its move was noted when it was planned
+    ++instance.moved_regions;
+    cut_links_.NoteMoved(instance, region, now);
+  }
+  state_.Log(absl::StrCat("cut link id=", instance.record.id(), " carried_on=", region), Severity::kWarning);
 }
 
 // How long a step takes by what is in the region now and what that cost of late: a machine that is busy with something
@@ -315,8 +358,9 @@ std::vector<RegionFacts> PlannedChanges::Facts(const InstanceEntry& instance, No
 
 // --- Links that fail.
 
-// Notes which regions cannot hear each other. Once two are kept apart, and only then, a missing link between neighbours
-// prolongs it.
+// Notes which regions cannot hear each other: neighbours that the world is degraded for, and who does not hear its
+// standby. Once two are kept apart, and only then, a missing link between neighbours prolongs it. Another region may
+// get the number of one that is gone.
 void PlannedChanges::NoteCuts(const InstanceEntry& instance, Now now) {
   Change& change = changes_[instance.number];
   NoteUnprotected(instance, change, now);
@@ -325,7 +369,11 @@ void PlannedChanges::NoteCuts(const InstanceEntry& instance, Now now) {
     const bool adjoin = std::binary_search(neighbors.begin(), neighbors.end(), RegionId(pair.second));
     if (now.steady >= until && adjoin && !Hears(instance, pair.first, pair.second)) until = now.steady + kCutKept;
   }
-  std::erase_if(change.cuts, [&](const auto& entry) { return now.steady >= entry.second; });
+  for (const CutLink& cut : instance.cut_links) change.cuts.try_emplace({cut.one, cut.other}, now.steady + kCutKept);
+  const auto absent = [&](std::uint32_t region) { return IndexOf(instance, region) == instance.workers.size(); };
+  std::erase_if(change.cuts, [&](const auto& entry) {
+    return now.steady >= entry.second || absent(entry.first.first) || absent(entry.first.second);
+  });
 }
 
 // Cuts a region from a standby that is there, but takes nothing of its primary's log, or not in time.

@@ -1,6 +1,5 @@
 // PlannedChanges: growing, shrinking, draining, restarting and balancing a world that runs, and moving it from slow
-// hosts. It gathers what is known of
-// the regions; the planned maps and their steps are change.h's.
+// hosts and cut links. It gathers what is known of the regions; the planned maps and their steps are change.h's.
 //
 // Nothing is changed during a failover. `Next` returns one step at a time, from the stored record and what is known;
 // the caller stores it before anybody gets an order that follows from it.
@@ -17,6 +16,7 @@
 #include "absl/status/statusor.h"
 #include "control_plane/change.h"
 #include "control_plane/cluster/cluster_state.h"
+#include "control_plane/cluster/cut_links.h"
 #include "control_plane/cluster/slow_hosts.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/now.h"
@@ -27,10 +27,12 @@ namespace tessera::control {
 
 class PlannedChanges {
  public:
-  PlannedChanges(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
+  PlannedChanges(ClusterState& state, const ControlSettings& settings)
+      : state_(state), settings_(settings), cut_links_(state, settings) {}
   void Forget(std::uint64_t number) {
     changes_.erase(number);
     slow_hosts_.Forget(number);
+    cut_links_.Forget(number);
   }
 
   // The record with what is asked for, of a RUNNING instance; nothing if it is so already. The work follows by `Next`.
@@ -59,6 +61,13 @@ class PlannedChanges {
   // The next step of a RUNNING instance without a failover; nothing if there is none now.
   std::optional<records::Instance> Next(InstanceEntry& instance, Now now);
 
+  // A region that its standby is to carry on now, since a change cannot end for a link of its that is cut; as CutLinks.
+  std::optional<std::uint32_t> HeldUpBy(const InstanceEntry& instance, Now now) {
+    return cut_links_.HoldingUp(instance, now);
+  }
+  // That failover is planned.
+  void NoteCarriedOn(InstanceEntry& instance, std::uint32_t region, Now now);
+
   // The pairs of regions that cannot hear each other. Valid until the next call.
   CutBetween CutsOf(const InstanceEntry& instance) const;
 
@@ -71,7 +80,7 @@ class PlannedChanges {
   // Not stored: a new life of the control plane finds it again.
   struct Change {
     Steady not_before{0};  // no planned map before
-    // Pairs whose link failed a standby, and until when they are kept apart.
+    // Pairs that have no link, or whose link failed a standby, and until when they are kept apart.
     std::map<Pair, Steady> cuts;
     std::map<std::uint64_t, WorkerLoad> workers;  // by incarnation
   };
@@ -80,6 +89,15 @@ class PlannedChanges {
   std::vector<RegionFacts> Facts(const InstanceEntry& instance, Now now) const;
   std::optional<records::Instance> Plan(InstanceEntry& instance, std::vector<RegionFacts> facts,
                                         const std::optional<SlowRegion>& slow, Now now);
+  // Which region is to leave its host now, and why; `hosts` are marked that it is to keep away from.
+  struct Leaver {
+    std::optional<CutMove> cut;
+    std::optional<SlowRegion> slow;  // unless it leaves for a cut
+    std::uint32_t region() const { return cut ? cut->region : slow ? slow->region : 0; }
+  };
+  Leaver LeaverOf(const InstanceEntry& instance, std::optional<CutMove> cut, const std::optional<SlowRegion>& slow,
+                  std::vector<FreeHost>& hosts, Now now) const;
+  void NoteMoved(InstanceEntry& instance, const Leaver& leaver, records::Instance& planned, Now now);
   void NoteCuts(const InstanceEntry& instance, Now now);
   void NoteUnprotected(const InstanceEntry& instance, Change& change, Now now);
   static double SmoothedStep(const WorkerEntry& worker, WorkerLoad& load);
@@ -88,6 +106,7 @@ class PlannedChanges {
   ControlSettings settings_;
   std::map<std::uint64_t, Change> changes_;  // by instance number
   SlowHosts slow_hosts_;
+  CutLinks cut_links_;
 };
 
 }  // namespace tessera::control

@@ -112,7 +112,8 @@ ClusterSummary Summarise(const ClusterState& state) {
                                        [&](const auto& worker) { return IsUnprotected(instance, worker); }));
     health.uncovered_regions = instance.uncovered_regions;
     health.still_regions = instance.still_regions;
-    health.cut_links = instance.cut_links;
+    health.cut_links = instance.cut_links.size();
+    health.moved_regions = instance.moved_regions;
     if (!record.checkpoints().empty())
       health.last_checkpoint = FromTimestamp(record.checkpoints().rbegin()->create_time());
     health.imbalance = ImbalanceOf(instance);

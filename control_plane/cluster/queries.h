@@ -42,8 +42,9 @@ struct InstanceHealth {
   std::string id;
   int unprotected = 0;                                                  // regions
   std::size_t uncovered_regions = 0, still_regions = 0, cut_links = 0;  // that degrade it
-  std::chrono::nanoseconds last_checkpoint{0};                          // wall clock; 0: none
-  double imbalance = 0;                                                 // 0: not known
+  std::uint64_t moved_regions = 0;
+  std::chrono::nanoseconds last_checkpoint{0};  // wall clock; 0: none
+  double imbalance = 0;                         // 0: not known
   std::uint64_t lost_bodies = 0, lost_ticks = 0;
   std::uint64_t published_events = 0;
   std::size_t game_messages_waiting = 0;

@@ -54,6 +54,13 @@ std::optional<records::Instance> Reconciler::NextFailoverOrChange(Now now, Insta
   if (!step.given_up.empty()) return parts_.checkpoints.GiveUp(instance, step.given_up, now);
   if (step.next) return std::move(step.next);
   if (instance.record.has_failover()) return std::nullopt;
+  if (const auto region = parts_.changes.HeldUpBy(instance, now)) {
+    step = parts_.failovers.CarryOn(instance, *region, parts_.changes.CutsOf(instance), now);
+    if (step.next) {
+      parts_.changes.NoteCarriedOn(instance, *region, now);
+      return std::move(step.next);
+    }
+  }
   return parts_.changes.Next(instance, now);
 }
 

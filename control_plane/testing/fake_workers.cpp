@@ -134,7 +134,9 @@ void FakeWorkers::Follow(FakeWorker& worker) const {
   report.set_order_revision(worker.order.revision());
   report.clear_linked_regions();
   for (const v1::RegionAddress& peer : worker.order.peers()) {
-    if (!unlinked.contains(peer.region()) && !unlinked.contains(worker.order.region())) {
+    const std::uint32_t self = worker.order.region();
+    const bool is_cut = cut.contains(std::minmax(self, peer.region()));
+    if (!is_cut && !unlinked.contains(peer.region()) && !unlinked.contains(self)) {
       report.add_linked_regions(peer.region());
     }
   }

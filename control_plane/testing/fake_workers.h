@@ -32,10 +32,11 @@ class FakeWorkers {
   using Key = std::pair<std::string, std::uint32_t>;  // instance, region
 
   // A test sets these to make the workers misbehave.
-  std::set<std::uint32_t> exit_at_start;   // regions whose workers end at once
-  std::set<std::uint32_t> still;           // regions that make no steps
-  std::set<std::uint32_t> unlinked;        // regions to and from which there are no links
-  bool connect_players = true;             // every player is connected as soon as a worker knows of it
+  std::set<std::uint32_t> exit_at_start;                  // regions whose workers end at once
+  std::set<std::uint32_t> still;                          // regions that make no steps
+  std::set<std::uint32_t> unlinked;                       // regions to and from which there are no links
+  std::set<std::pair<std::uint32_t, std::uint32_t>> cut;  // pairs of regions without a link, the lower first
+  bool connect_players = true;                            // every player is connected as soon as a worker knows of it
   std::uint32_t last_acknowledged_ms = 0;  // age of a standby's last acknowledgement to a dead primary, as inventoried
   std::set<std::uint64_t> refuse_plans;    // versions whose commitment one worker refuses
   bool mute = false;                       // sends no inventories
