@@ -92,7 +92,7 @@ void Deployment::RunFor(Micros time) {
   const Micros end = around_.timeline.now() + time;
   while (!around_.timeline.empty() && around_.timeline.next() <= end) around_.timeline.RunNext();
   around_.timeline.AdvanceTo(end);
-  if (!control_.alive()) return;
+  if (!control_.alive() || control_.writing()) return;
   const auto seen =
       control_.Call([this](control::Cluster& cluster, control::Now) { return GetInstance(cluster.state(), id_); });
   if (seen.ok()) last_seen_ = *seen;

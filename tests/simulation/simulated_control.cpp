@@ -1,5 +1,7 @@
 #include "tests/simulation/simulated_control.h"
 
+#include <algorithm>
+
 #include "control_plane/checkpoint_files.h"
 
 namespace tessera::simulation {
@@ -37,6 +39,7 @@ void SimulatedControl::Start() {
       store_, {}, [this](std::size_t bytes) { return Random(bytes); }, Now());
   cluster_ = *std::move(cluster);
   ++life_;
+  writing_until_ = 0;
   network_.Join(kControlNode, {.on_connected = [](Node) {},
                                .on_disconnected = [this](Node agent) { Disconnected(agent); },
                                .on_message = [this](Node from, const Bytes& bytes) { OnMessage(from, bytes); },
@@ -74,16 +77,28 @@ void SimulatedControl::Publish() {
     return;
   }
   control::Effects effects = cluster_->TakeEffects();
-  for (control::LogLine& line : effects.log) log_.push_back(std::move(line.text));
+  const Micros now = timeline_.now();
+  writing_until_ = std::max(writing_until_, now) + write_time_ * store_.TakeTried();
+  if (writing_until_ <= now) return SetOff(effects);
+  network_.SetStalled(kControlNode, true);
+  timeline_.At(writing_until_, [this, life = life_, effects = std::move(effects)] {
+    if (!alive() || life != life_) return;
+    SetOff(effects);
+    if (!writing()) network_.SetStalled(kControlNode, false);
+  });
+}
+
+void SimulatedControl::SetOff(const control::Effects& effects) {
+  for (const control::LogLine& line : effects.log) log_.push_back(line.text);
   for (const auto& [id, tick] : effects.pruned) checkpoints_.erase(tick);
   for (const auto& [id, tick] : effects.abandoned) {
     if (const auto found = checkpoints_.find(tick); found != checkpoints_.end() && !found->second.whole) {
       checkpoints_.erase(found);
     }
   }
-  for (auto& [session, renewal] : effects.leases) {
+  for (const auto& [session, renewal] : effects.leases) {
     v1::ControlMessage message;
-    *message.mutable_lease() = std::move(renewal);
+    *message.mutable_lease() = renewal;
     SendTo(session, message);
   }
   for (const control::StreamId session : effects.desired) SendDesired(session);

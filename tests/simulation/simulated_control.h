@@ -3,6 +3,8 @@
 // made anew here.
 //
 //   control.DieAfterStores(2);   // the second thing from now that it stores is the last it does: nobody is told
+//   control.SetStoreFull(true);  // nothing is written until this ends
+//   control.SetWriteTime(Milliseconds(2000));  // a write takes so long, and it stands still for that
 //   control.Kill();
 //   control.Start();
 //
@@ -13,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "control_plane/cluster/cluster.h"
 #include "control_plane/memory_store.h"
@@ -24,7 +27,7 @@ constexpr Node kControlNode = 4095;
 constexpr Node AgentNode(std::uint32_t host) { return host * 4096 + 4094; }
 constexpr std::uint32_t kControlPlace = 1'000'000;
 
-// A store whose process may die right after a write.
+// A store whose process may die right after a write, and whose disk may be full.
 class FragileStore final : public control::Store {
  public:
   absl::StatusOr<control::StoreEntry> Get(std::string_view key) const override { return kept_.Get(key); }
@@ -33,6 +36,8 @@ class FragileStore final : public control::Store {
   }
   absl::StatusOr<control::Revision> Txn(std::span<const control::StoreOp> ops) override {
     if (dead_) return absl::UnavailableError("dead");
+    ++tried_;
+    if (full_) return absl::UnavailableError("the disk is full");
     if (writes_left_ > 0) dead_ = --writes_left_ == 0;
     return kept_.Txn(ops);
   }
@@ -40,6 +45,9 @@ class FragileStore final : public control::Store {
 
   void DieAfter(int writes) { writes_left_ = writes; }
   bool dead() const { return dead_; }
+  void SetFull(bool full) { full_ = full; }
+  // Writes that were tried since this was last asked.
+  Micros TakeTried() { return std::exchange(tried_, 0); }
   void Promote() {
     dead_ = false;
     writes_left_ = 0;
@@ -48,7 +56,8 @@ class FragileStore final : public control::Store {
  private:
   control::MemoryStore kept_;
   int writes_left_ = 0;  // 0: it does not die
-  bool dead_ = false;
+  bool dead_ = false, full_ = false;
+  Micros tried_ = 0;
 };
 
 class SimulatedControl {
@@ -59,6 +68,10 @@ class SimulatedControl {
   void Kill();
   bool alive() const { return cluster_ != nullptr; }
   void DieAfterStores(int writes) { store_.DieAfter(writes); }
+  void SetStoreFull(bool full) { store_.SetFull(full); }
+  void SetWriteTime(Micros each) { write_time_ = each; }
+  // It waits for a write, so it answers nobody.
+  bool writing() const { return alive() && timeline_.now() < writing_until_; }
   // It died of DieAfterStores.
   std::function<void()> on_died;
 
@@ -79,6 +92,7 @@ class SimulatedControl {
 
  private:
   void Publish();
+  void SetOff(const control::Effects& effects);
   void SendDesired(control::StreamId session);
   void OnMessage(Node from, const Bytes& bytes);
   void Disconnected(Node agent);
@@ -99,6 +113,7 @@ class SimulatedControl {
   FragileStore store_;
   std::unique_ptr<control::Cluster> cluster_;
   std::uint64_t life_ = 0;
+  Micros write_time_ = 0, writing_until_ = 0;
   std::map<Node, control::StreamId> sessions_;
   std::map<std::uint64_t, Checkpoint> checkpoints_;  // by tick; on its disk
   std::vector<std::string> log_;

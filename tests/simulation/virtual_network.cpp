@@ -82,10 +82,15 @@ void VirtualNetwork::SetStalled(Node node, bool stalled) {
   found->second.stalled = stalled;
   if (stalled) return;
   const std::uint64_t life = found->second.life;
-  for (const std::function<void()>& action : std::exchange(found->second.backlog, {})) {
+  const std::vector<std::function<void()>> waiting = std::exchange(found->second.backlog, {});
+  for (auto action = waiting.begin(); action != waiting.end(); ++action) {
     const auto now = nodes_.find(node);
     if (now == nodes_.end() || now->second.life != life) return;
-    action();
+    if (now->second.stalled) {  // again, by what it just did
+      now->second.backlog.insert(now->second.backlog.begin(), action, waiting.end());
+      return;
+    }
+    (*action)();
   }
 }
 

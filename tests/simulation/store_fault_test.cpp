@@ -1,0 +1,205 @@
+// A control plane whose store is slow or full while workers die: the world may stand for it, and may not be called
+// RUNNING while it does.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "spdlog/spdlog.h"
+#include "tests/simulation/chance.h"
+#include "tests/simulation/deployment.h"
+#include "tests/simulation/instance.h"
+
+namespace tessera::simulation {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kStoreHalf_m = 20;  // half the ground's side
+constexpr std::size_t kStoreBalls = 60;
+constexpr Micros kLook = Milliseconds(10);
+constexpr Micros kNoStep = Milliseconds(250);        // a region without a step for so long does not step
+constexpr Micros kFalseAtMost = Milliseconds(2000);  // at a stretch; what the figures of a cluster's faults ask for
+
+// The checker: holds what the control plane says of the world against what its regions do. While a write keeps it from
+// answering, it says nothing, true or false.
+class FalseWords {
+ public:
+  explicit FalseWords(Deployment& deployment) : deployment_(deployment) {}
+
+  void Watch(Micros span) {
+    for (const Micros end = deployment_.timeline().now() + span; deployment_.timeline().now() < end;) {
+      deployment_.RunFor(kLook);
+      Look();
+    }
+  }
+  // RUNNING was said while a region did not step, and DEGRADED while all did; the longest time on end.
+  Micros false_running() const { return running_.longest; }
+  Micros false_degraded() const { return degraded_.longest; }
+  // How long it answered nobody, at the longest.
+  Micros silent() const { return silent_.longest; }
+  // How long not all regions stepped, at the longest.
+  Micros stood() const { return standing_.longest == 0 ? 0 : standing_.longest + kNoStep; }
+
+ private:
+  struct Stretch {
+    Micros now = 0, longest = 0;
+    void Note(bool goes_on) {
+      now = goes_on ? now + kLook : 0;
+      longest = std::max(longest, now);
+    }
+  };
+  struct LastStep {
+    Tick tick;
+    Micros at = 0;
+  };
+
+  void Look() {
+    const Micros now = deployment_.timeline().now();
+    const v1::Instance said = deployment_.instance();
+    bool all_step = true;
+    for (const v1::MapRegion& region : said.map().regions()) {
+      LastStep& last = last_.try_emplace(region.id(), LastStep{Tick(), now}).first->second;
+      const SimulatedWorker* worker = deployment_.Find(RegionId(region.id()));
+      if (worker != nullptr && worker->region() != nullptr && worker->region()->tick() != last.tick) {
+        last = {worker->region()->tick(), now};
+      }
+      all_step = all_step && now - last.at < kNoStep;
+    }
+    standing_.Note(!all_step);
+    const bool answers = deployment_.control().alive() && !deployment_.control().writing();
+    silent_.Note(!answers);
+    if (!answers) return;
+    running_.Note(said.state() == v1::INSTANCE_STATE_RUNNING && !all_step);
+    degraded_.Note(said.state() == v1::INSTANCE_STATE_DEGRADED && all_step);
+  }
+
+  Deployment& deployment_;
+  std::map<std::uint32_t, LastStep> last_;
+  Stretch silent_, standing_, running_, degraded_;
+};
+
+class StoreFaultTest : public testing::Test {
+ protected:
+  StoreFaultTest() { spdlog::set_level(spdlog::level::off); }
+};
+
+struct StoreWorld {
+  explicit StoreWorld(std::uint64_t seed = 1)
+      : deployment(Swarm(kStoreHalf_m, static_cast<int>(kStoreBalls)).Build(), {.seed = seed, .regions = 4}),
+        words(deployment) {
+    EXPECT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+    deployment.RunFor(Milliseconds(300 + 170 * seed));  // each seed is struck at another moment
+  }
+  std::uint32_t StandbyOf(std::uint32_t region) { return deployment.Find(RegionId(region))->order().standby.value(); }
+  // Two regions that may both die: neither is the other's standby.
+  std::vector<std::uint32_t> Apart() {
+    for (std::uint32_t one = 1; one <= 4; ++one) {
+      for (std::uint32_t other = one + 1; other <= 4; ++other) {
+        if (StandbyOf(one) != other && StandbyOf(other) != one) return {one, other};
+      }
+    }
+    return {};
+  }
+  void ExpectWhole() {
+    deployment.Settle();
+    EXPECT_THAT(deployment.problems(), IsEmpty());
+    EXPECT_EQ(deployment.bodies(), kStoreBalls);
+    EXPECT_EQ(deployment.instance().lost_bodies(), 0U);
+  }
+
+  Deployment deployment;
+  FalseWords words;
+};
+
+// A check that finds nothing false must be able to.
+TEST_F(StoreFaultTest, TheCheckerSeesAWorldThatIsCalledRunningAndStands) {
+  StoreWorld run;
+  run.words.Watch(Milliseconds(500));
+  EXPECT_EQ(run.words.false_running(), 0U);
+  run.deployment.network().SetStalled(run.deployment.Find(RegionId(2))->node(), true);
+  run.words.Watch(Milliseconds(1500));  // it is called still after two seconds
+  EXPECT_GE(run.words.false_running(), Milliseconds(1000));
+  run.deployment.network().SetStalled(run.deployment.Find(RegionId(2))->node(), false);
+  run.ExpectWhole();
+}
+
+TEST_F(StoreFaultTest, WritesOfTwoSecondsDelayAFailoverAndTakeNobodyForDead) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE(seed);
+    StoreWorld run(seed);
+    run.deployment.control().SetWriteTime(Milliseconds(2000));
+    run.words.Watch(Milliseconds(10'000));
+    EXPECT_EQ(run.words.stood(), 0U);
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+    run.deployment.Kill(RegionId(2));
+    run.words.Watch(Milliseconds(30'000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+    // The failover's map and its resolution are written before anybody hears of them.
+    EXPECT_LE(run.words.stood(), Milliseconds(2 * 2000 + 300));
+    EXPECT_LE(run.words.silent(), Milliseconds(3 * 2000 + 100)) << "it writes with its lock held";
+    EXPECT_LE(run.words.false_running(), kFalseAtMost);
+    EXPECT_LE(run.words.false_degraded(), kFalseAtMost);
+    run.deployment.control().SetWriteTime(0);
+    run.ExpectWhole();
+  }
+}
+
+TEST_F(StoreFaultTest, WhileItsDiskIsFullAWorldThatStepsIsRunningAndOneThatDoesNotIsDegraded) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE(seed);
+    StoreWorld run(seed);
+    const std::vector<std::uint32_t> die = run.Apart();
+    ASSERT_EQ(die.size(), 2U);
+    run.deployment.control().SetStoreFull(true);
+    run.words.Watch(Milliseconds(10'000));
+    EXPECT_EQ(run.deployment.instance().state(), v1::INSTANCE_STATE_RUNNING) << run.deployment.instance().reason();
+    Chance chance(seed);
+    for (const std::uint32_t region : die) {
+      run.deployment.Kill(RegionId(region));
+      run.words.Watch(Milliseconds(5000) + chance.Below(Milliseconds(20'000)));
+      EXPECT_EQ(run.deployment.instance().state(), v1::INSTANCE_STATE_DEGRADED);
+      EXPECT_THAT(run.deployment.instance().reason(), HasSubstr("its next step is not stored: "));
+    }
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+    run.deployment.control().SetStoreFull(false);
+    run.words.Watch(Milliseconds(20'000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 2U) << run.deployment.Standing();
+    EXPECT_LE(run.words.false_running(), kFalseAtMost);
+    EXPECT_LE(run.words.false_degraded(), kFalseAtMost);
+    run.ExpectWhole();
+  }
+}
+
+// Its disk has room now and then, for too short a time for a whole failover at some of its writes.
+TEST_F(StoreFaultTest, ADiskThatIsFullAgainAndAgainLosesNothingAndNothingIsSaidFalsely) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    StoreWorld run(seed);
+    Chance chance(seed);
+    for (int i = 0; i < 20; ++i) {
+      if (i == 11) {  // nothing is under way any more, so that another one may die
+        run.deployment.control().SetStoreFull(false);
+        ASSERT_TRUE(run.deployment.AwaitCalm()) << run.deployment.Standing();
+      }
+      if (i == 3 || i == 11) {
+        const std::vector<SimulatedWorker*> workers = run.deployment.Workers();
+        run.deployment.Kill(*workers[chance.Below(workers.size())]);
+      }
+      run.deployment.control().SetStoreFull(chance.Happens(0.7));
+      run.deployment.control().SetWriteTime(chance.Below(Milliseconds(40)));
+      run.words.Watch(chance.Below(Milliseconds(1500)));
+    }
+    run.deployment.control().SetStoreFull(false);
+    run.deployment.control().SetWriteTime(0);
+    EXPECT_LE(run.words.false_running(), kFalseAtMost);
+    run.ExpectWhole();
+    if (HasFailure()) FAIL() << run.deployment.Standing();
+  }
+}
+
+}  // namespace
+}  // namespace tessera::simulation
