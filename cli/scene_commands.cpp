@@ -50,7 +50,8 @@ void Validate(const Globals& globals, const std::vector<std::string>& files) {
 }
 
 struct ImportOptions {
-  std::string file, out, name;
+  std::string file, out, name, visuals;
+  bool no_visuals = false;
 };
 
 constexpr std::size_t kMaxLevelBytes = std::size_t{1} << 30;
@@ -66,6 +67,30 @@ void WriteScene(const v1::Scene& scene, const std::string& file) {
   local::OrThrow(host::WriteFile(file, json, host::Durability::kSurvivesProcess));
 }
 
+// Keeps the meshes that are drawn, under their hash; gives the file, empty if there is none.
+std::string WriteVisuals(const GltfImport& imported, const ImportOptions& options) {
+  if (imported.visual_file.empty()) return "";
+  const std::filesystem::path beside = std::filesystem::path(options.out).parent_path() / "visuals";
+  const std::filesystem::path folder = options.visuals.empty() ? beside : std::filesystem::path(options.visuals);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw local::CommandError(fmt::format("{}: {}", folder.string(), error.message()));
+  const std::string file = (folder / (imported.visual_sha256 + ".glb")).string();
+  local::OrThrow(host::WriteFile(file, imported.visual_file, host::Durability::kSurvivesProcess));
+  // Everybody who may watch is given it, and a gateway may run as another user.
+  using std::filesystem::perms;
+  std::filesystem::permissions(file, perms::group_read | perms::others_read, std::filesystem::perm_options::add, error);
+  if (error) throw local::CommandError(fmt::format("{}: {}", file, error.message()));
+  return file;
+}
+
+void DropVisuals(GltfImport& imported) {
+  for (v1::Body& body : *imported.scene.mutable_bodies()) body.mutable_shape()->clear_visuals();
+  imported.visual_file.clear();
+  imported.visual_sha256.clear();
+  imported.drawn_triangles = 0;
+}
+
 void Import(const Globals& globals, const ImportOptions& options) {
   const std::filesystem::path path(options.file);
   const std::string bytes = local::OrThrow(host::ReadFile(options.file, kMaxLevelBytes));
@@ -73,9 +98,11 @@ void Import(const Globals& globals, const ImportOptions& options) {
                              path.parent_path().string(), options.name.empty() ? path.stem().string() : options.name);
   if (!imported.ok())
     throw local::CommandError(fmt::format("{}: {}", options.file, std::string(imported.status().message())));
+  if (options.no_visuals) DropVisuals(*imported);
   // A control plane will take the file that is written.
   const auto loaded = LoadScene(imported->scene, options.file);
   if (!loaded.ok()) throw local::CommandError(std::string(loaded.status().message()));
+  const std::string visuals = WriteVisuals(*imported, options);
   WriteScene(imported->scene, options.out);
   const Aabb& bounds = loaded->scene->bounds;
   if (globals.format == Format::kJson) {
@@ -88,6 +115,8 @@ void Import(const Globals& globals, const ImportOptions& options) {
                                         {"triggers", imported->triggers},
                                         {"triangles", imported->triangles},
                                         {"spawn_points", imported->spawn_points},
+                                        {"visuals", visuals},
+                                        {"drawn_triangles", imported->drawn_triangles},
                                         {"notes", imported->notes}}
                      .dump(2)
               << "\n";
@@ -101,6 +130,10 @@ void Import(const Globals& globals, const ImportOptions& options) {
         fmt::format("{:g} x {:g} x {:g} m", bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y,
                     bounds.max.z - bounds.min.z)}});
   for (const std::string& note : imported->notes) std::cout << note << "\n";
+  if (!visuals.empty()) {
+    std::cout << fmt::format("{} triangles to draw, in {}; a gateway shows them with --visuals {}\n",
+                             imported->drawn_triangles, visuals, std::filesystem::path(visuals).parent_path().string());
+  }
   std::cout << fmt::format("written to {}; try: tessera instance create --scene {} --wait\n", options.out, options.out);
 }
 
@@ -117,6 +150,10 @@ void AddSceneCommands(CLI::App& app, Globals& globals) {
   level->add_option("file", import->file, "The level")->required();
   level->add_option("out", import->out, "The scene that is to be written, as JSON")->required();
   level->add_option("--name", import->name, "Name of the scene (default: that of the level's file)");
+  level->add_option("--visuals", import->visuals,
+                    "Folder for the meshes that are drawn, each file under its SHA-256 (default: visuals, beside the "
+                    "scene)");
+  level->add_flag("--no-visuals", import->no_visuals, "Keep no meshes: the shapes are drawn");
   level->callback([&globals, import] { Import(globals, *import); });
 }
 

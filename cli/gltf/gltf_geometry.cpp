@@ -128,6 +128,56 @@ void AddTriangles(int mode, std::span<const std::uint32_t> order, std::uint32_t 
   }
 }
 
+std::string PlaceOf(const tinygltf::Mesh& mesh, int number, std::size_t primitive) {
+  return absl::StrCat("mesh ", number, " \"", mesh.name, "\": primitive ", primitive);
+}
+
+int ModeOf(const tinygltf::Primitive& primitive) {
+  return primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+}
+bool HasTriangles(const tinygltf::Primitive& primitive) {
+  return ModeOf(primitive) >= TINYGLTF_MODE_TRIANGLES && ModeOf(primitive) <= TINYGLTF_MODE_TRIANGLE_FAN;
+}
+
+// Adds the vertices and triangles of a primitive that has some.
+absl::Status AddPrimitive(const tinygltf::Model& model, const tinygltf::Primitive& primitive, const std::string& where,
+                          Triangles& triangles) {
+  const auto positions = primitive.attributes.find("POSITION");
+  if (positions == primitive.attributes.end()) return Fault(where, "has no positions");
+  const std::size_t first = triangles.vertices.size();
+  if (absl::Status read = ReadPositions(model, positions->second, where, triangles.vertices); !read.ok()) return read;
+  const std::size_t count = triangles.vertices.size() - first;
+  std::vector<std::uint32_t> order;
+  if (primitive.indices < 0) {
+    order.resize(count);
+    for (std::size_t k = 0; k < count; ++k) order[k] = static_cast<std::uint32_t>(k);
+  } else {
+    auto indices = ReadIndices(model, primitive.indices, count, where);
+    if (!indices.ok()) return indices.status();
+    order = *std::move(indices);
+  }
+  if (triangles.indices.size() / 3 + order.size() > 3 * kMaxMeshTriangles) {
+    return Fault(where, absl::StrCat("has more than ", kMaxMeshTriangles, " triangles; cut the mesh into several"));
+  }
+  AddTriangles(ModeOf(primitive), order, static_cast<std::uint32_t>(first), triangles.indices);
+  return absl::OkStatus();
+}
+
+// Empty where there are none that could be used: whoever draws makes some then.
+std::vector<Vec3f> NormalsOf(const tinygltf::Model& model, const tinygltf::Primitive& primitive, std::size_t count,
+                             const std::string& where) {
+  const auto attribute = primitive.attributes.find("NORMAL");
+  std::vector<Vec3d> read;
+  if (attribute == primitive.attributes.end() || !ReadPositions(model, attribute->second, where, read).ok() ||
+      read.size() != count) {
+    return {};
+  }
+  std::vector<Vec3f> normals;
+  normals.reserve(count);
+  for (const Vec3d& normal : read) normals.emplace_back(normal);
+  return normals;
+}
+
 bool IsFlat(Vec3d a, Vec3d b, Vec3d c) {
   const double longest = std::max({Length(b - a), Length(c - b), Length(a - c)});
   return !(Length(Cross(b - a, c - a)) > kFlat * longest * longest);
@@ -141,36 +191,41 @@ absl::StatusOr<Triangles> ReadMesh(const tinygltf::Model& model, int mesh) {
   Triangles triangles;
   for (std::size_t i = 0; i < found->primitives.size(); ++i) {
     const tinygltf::Primitive& primitive = found->primitives[i];
-    const std::string where = absl::StrCat("mesh ", mesh, " \"", found->name, "\": primitive ", i);
-    const int mode = primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-    if (mode < TINYGLTF_MODE_TRIANGLES || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+    if (!HasTriangles(primitive)) {
       ++triangles.other_primitives;
       continue;
     }
-    const auto positions = primitive.attributes.find("POSITION");
-    if (positions == primitive.attributes.end()) return Fault(where, "has no positions");
-    const std::size_t first = triangles.vertices.size();
-    if (absl::Status read = ReadPositions(model, positions->second, where, triangles.vertices); !read.ok()) return read;
-    const std::size_t count = triangles.vertices.size() - first;
-    std::vector<std::uint32_t> order;
-    if (primitive.indices < 0) {
-      order.resize(count);
-      for (std::size_t k = 0; k < count; ++k) order[k] = static_cast<std::uint32_t>(k);
-    } else {
-      auto indices = ReadIndices(model, primitive.indices, count, where);
-      if (!indices.ok()) return indices.status();
-      order = *std::move(indices);
+    if (absl::Status added = AddPrimitive(model, primitive, PlaceOf(*found, mesh, i), triangles); !added.ok()) {
+      return added;
     }
-    if (triangles.indices.size() / 3 + order.size() > 3 * kMaxMeshTriangles) {
-      return Fault(where, absl::StrCat("has more than ", kMaxMeshTriangles, " triangles; cut the mesh into several"));
-    }
-    AddTriangles(mode, order, static_cast<std::uint32_t>(first), triangles.indices);
   }
   if (triangles.indices.size() / 3 > kMaxMeshTriangles) {
     return Fault(absl::StrCat("mesh ", mesh, " \"", found->name, "\""),
                  absl::StrCat("has more than ", kMaxMeshTriangles, " triangles; cut the mesh into several"));
   }
   return triangles;
+}
+
+absl::StatusOr<std::vector<Surface>> ReadSurfaces(const tinygltf::Model& model, int mesh) {
+  const tinygltf::Mesh* const found = At(model.meshes, mesh);
+  if (found == nullptr) return Fault("meshes", absl::StrCat("there is no mesh ", mesh));
+  std::vector<Surface> surfaces;
+  for (std::size_t i = 0; i < found->primitives.size(); ++i) {
+    const tinygltf::Primitive& primitive = found->primitives[i];
+    if (!HasTriangles(primitive)) continue;
+    const std::string where = PlaceOf(*found, mesh, i);
+    Triangles triangles;
+    if (absl::Status added = AddPrimitive(model, primitive, where, triangles); !added.ok()) return added;
+    if (triangles.indices.empty()) continue;
+    Surface surface;
+    surface.positions.reserve(triangles.vertices.size());
+    for (const Vec3d& vertex : triangles.vertices) surface.positions.emplace_back(vertex);
+    surface.normals = NormalsOf(model, primitive, triangles.vertices.size(), where);
+    surface.indices = std::move(triangles.indices);
+    surface.material = primitive.material;
+    surfaces.push_back(std::move(surface));
+  }
+  return surfaces;
 }
 
 void DropDegenerate(Triangles& triangles) {

@@ -29,6 +29,16 @@ struct Triangles {
 // that names mesh, primitive and field.
 absl::StatusOr<Triangles> ReadMesh(const tinygltf::Model& model, int mesh);
 
+// Triangles of one primitive, to be drawn. Normals: none, or one for each position.
+struct Surface {
+  std::vector<Vec3f> positions, normals;
+  std::vector<std::uint32_t> indices;  // three a triangle
+  int material = -1;                   // its number in the model, if it has one
+};
+
+// The same primitives one by one, those without a triangle left out. Errors as above.
+absl::StatusOr<std::vector<Surface>> ReadSurfaces(const tinygltf::Model& model, int mesh);
+
 // Leaves out triangles that have less area than floats can tell, and vertices that none needs.
 void DropDegenerate(Triangles& triangles);
 

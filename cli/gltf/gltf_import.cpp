@@ -18,8 +18,10 @@
 #include "cli/gltf/gltf_shapes.h"
 #include "cli/gltf/gltf_transform.h"
 #include "cli/gltf/gltf_values.h"
+#include "cli/gltf/gltf_visuals.h"
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
+#include "core/world/sha256.h"
 #include "core/world/utf8.h"
 
 namespace tessera::cli {
@@ -100,13 +102,45 @@ Affine LocalMap(const tinygltf::Node& node) {
   return map;
 }
 
+// `map` as seen from a body at this pose.
+Affine Seen(const Pose& from, const Affine& map) {
+  const Quatd back = Conjugate(from.orientation);
+  return {{Rotate(back, map.axes[0]), Rotate(back, map.axes[1]), Rotate(back, map.axes[2])},
+          Rotate(back, map.origin - from.position)};
+}
+
+// Where a visual is whose mesh this map puts into its shape; nothing if it is sheared, flat or absurdly scaled.
+std::optional<v1::Visual> PlacedVisual(const Affine& map) {
+  const auto placed = Parts(map);
+  if (!placed) return std::nullopt;
+  Vec3d scale = placed->scale;
+  for (const double part : {scale.x, scale.y, scale.z}) {
+    if (part < kMinVisualScale || part > kMaxVisualScale) return std::nullopt;
+  }
+  for (const double part : {map.origin.x, map.origin.y, map.origin.z}) {
+    if (std::abs(part) > kMaxExtent_m) return std::nullopt;
+  }
+  if (map.Determinant() < 0) scale.x = -scale.x;
+  v1::Visual visual;
+  if (placed->pose != Pose()) *visual.mutable_pose() = ToProto(placed->pose);
+  if (scale != Vec3d{1, 1, 1}) *visual.mutable_scale() = ToProto(scale);
+  return visual;
+}
+
 class Importer {
  public:
-  Importer(const tinygltf::Model& model, const std::string& name) : model_(model) { result_.scene.set_name(name); }
+  Importer(const tinygltf::Model& model, const std::string& name) : model_(model), visuals_(model) {
+    result_.scene.set_name(name);
+  }
 
   absl::StatusOr<GltfImport> Run();
 
  private:
+  // A mesh of the model, and the map of its node.
+  struct DrawnMesh {
+    int mesh = 0;
+    Affine map;
+  };
   // A body that parts of the level hang below.
   struct Body {
     std::string where;
@@ -114,6 +148,7 @@ class Importer {
     Pose pose;
     v1::Body proto;
     std::vector<ShapePart> parts;
+    std::vector<DrawnMesh> drawn;
   };
   struct Visit {
     int node = 0;
@@ -128,6 +163,8 @@ class Importer {
   absl::Status AddMesh(const Affine& map, const tinygltf::Node& node, const std::string& where);
   absl::Status FinishBody(Body& body);
   absl::Status Place(const std::string& where, v1::Body body, const Pose& pose, const Aabb& box);
+  void Draw(const std::vector<DrawnMesh>& drawn, const Pose& pose, v1::Shape& shape);
+  void KeepVisuals();
   void NoteRest();
   void SetBounds();
   void Count(const std::string& what) { ++left_out_[what]; }
@@ -142,6 +179,7 @@ class Importer {
   std::map<std::string, std::size_t> left_out_;
   std::optional<Aabb> box_;
   std::map<int, Triangles> meshes_;
+  VisualMeshes visuals_;
 };
 
 absl::StatusOr<GltfImport> Importer::Run() {
@@ -167,6 +205,7 @@ absl::StatusOr<GltfImport> Importer::Run() {
   }
   if (result_.scene.bodies().empty()) return Fault("has nothing that a body could be made of: no mesh, no shape");
   SetBounds();
+  KeepVisuals();
   NoteRest();
   return std::move(result_);
 }
@@ -201,7 +240,8 @@ absl::Status Importer::Enter(const Visit& visit, std::vector<Visit>& next) {
       if (absl::Status added = AddShape(body, map, node, IndexIn(part, "shape"), trigger); !added.ok()) return added;
     }
   }
-  // A node that belongs to a body, or has a shape for physics, gives its mesh to be drawn.
+  // A node that belongs to a body, or has a shape for physics, gives its mesh to be drawn alone.
+  if (node.mesh >= 0 && body >= 0) bodies_[static_cast<std::size_t>(body)].drawn.push_back({node.mesh, map});
   if (node.mesh >= 0 && body < 0 && !shaped) {
     if (absl::Status added = AddMesh(map, node, where); !added.ok()) return added;
   }
@@ -222,7 +262,7 @@ absl::Status Importer::AddBody(const Visit& visit, const Affine& map, const tiny
   const std::string where = Where(visit.node);
   const auto placed = Parts(map);
   if (!placed) return Fault(absl::StrCat(where, ": a body cannot be sheared or flat"));
-  Body body{where, map, placed->pose, {}, {}};
+  Body body{where, map, placed->pose, {}, {}, {}};
   body.proto.set_name(NameOf(node));
   const std::string type = StringIn(motion, "type", "");
   if (type == "static") {
@@ -267,7 +307,8 @@ absl::Status Importer::AddShape(int body, const Affine& map, const tinygltf::Nod
     bodies_[static_cast<std::size_t>(body)].parts.push_back(*part);
     return absl::OkStatus();
   }
-  Body alone{where, map, part->pose, {}, {*part}};
+  Body alone{where, map, part->pose, {}, {*part}, {}};
+  if (node.mesh >= 0 && !trigger) alone.drawn.push_back({node.mesh, map});
   alone.proto.set_name(NameOf(node));
   alone.proto.set_motion(v1::MOTION_STATIC);
   alone.proto.set_trigger(trigger);
@@ -286,6 +327,7 @@ absl::Status Importer::FinishBody(Body& body) {
   if (shape->thinned) {
     result_.notes.push_back(absl::StrCat(body.where, ": its hull was thinned to ", kMaxHullPoints, " points"));
   }
+  if (!body.proto.trigger()) Draw(body.drawn, body.pose, *body.proto.mutable_shape());
   auto& count = body.proto.trigger()                       ? result_.triggers
                 : body.proto.has_kinematic()               ? result_.kinematic_bodies
                 : body.proto.motion() == v1::MOTION_STATIC ? result_.static_bodies
@@ -330,6 +372,7 @@ absl::Status Importer::AddMesh(const Affine& map, const tinygltf::Node& node, co
   mesh.mutable_indices()->Assign(triangles.indices.begin(), triangles.indices.end());
   result_.triangles += triangles.indices.size() / 3;
   ++result_.static_bodies;
+  Draw({{node.mesh, map}}, {map.origin, {}}, *body.mutable_shape());
   return Place(where, std::move(body), {map.origin, {}}, box);
 }
 
@@ -369,6 +412,45 @@ void Importer::SetBounds() {
   player.mutable_character()->set_walk_speed(4);
   player.mutable_character()->set_run_speed(8);
   player.mutable_character()->set_jump_speed(5);
+}
+
+// A shape is drawn by all of these meshes, or by none: a half would look like the whole.
+void Importer::Draw(const std::vector<DrawnMesh>& drawn, const Pose& pose, v1::Shape& shape) {
+  if (drawn.empty()) return;
+  if (drawn.size() > kMaxVisuals) return Count(absl::StrCat("bodies of more than ", kMaxVisuals, " meshes to draw"));
+  std::vector<v1::Visual> visuals;
+  visuals.reserve(drawn.size());
+  for (const DrawnMesh& one : drawn) {
+    auto visual = PlacedVisual(Seen(pose, one.map));
+    if (!visual) return Count("sheared, flat or absurdly scaled meshes to draw");
+    visuals.push_back(*std::move(visual));
+  }
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    const auto number = visuals_.Add(drawn[i].mesh);
+    if (!number) return;
+    visuals[i].set_mesh(*number);
+  }
+  for (v1::Visual& visual : visuals) *shape.add_visuals() = std::move(visual);
+}
+
+// The file can be named once it is whole.
+void Importer::KeepVisuals() {
+  result_.visual_file = visuals_.Glb();
+  if (!result_.visual_file.empty()) {
+    result_.visual_sha256 = Sha256Hex(result_.visual_file);
+    result_.drawn_triangles = visuals_.triangles();
+  } else if (visuals_.triangles() > 0) {
+    result_.notes.push_back(absl::StrCat("shapes are drawn in place of meshes: these have ", visuals_.triangles(),
+                                         " triangles or more, and a file for them takes ", kMaxVisualTriangles, " and ",
+                                         kMaxVisualFile_bytes >> 20, " MiB"));
+  }
+  for (v1::Body& body : *result_.scene.mutable_bodies()) {
+    v1::Shape& shape = *body.mutable_shape();
+    if (result_.visual_file.empty()) shape.clear_visuals();
+    for (v1::Visual& visual : *shape.mutable_visuals()) visual.set_sha256(result_.visual_sha256);
+  }
+  result_.notes.insert(result_.notes.end(), visuals_.notes().begin(), visuals_.notes().end());
+  left_out_["textures of meshes, which are drawn in their base colour"] += visuals_.textures();
 }
 
 void Importer::NoteRest() {

@@ -12,6 +12,7 @@
 
 #include "core/world/proto_math.h"
 #include "core/world/scene_load.h"
+#include "core/world/sha256.h"
 
 namespace tessera::cli {
 namespace {
@@ -250,6 +251,119 @@ TEST(GltfImportTest, EmptyNodesNamedSpawnAreWherePlayersBegin) {
   EXPECT_EQ(imported.spawn_points, 1u);
   ASSERT_EQ(imported.scene.player().spawn_points_size(), 1);
   EXPECT_NEAR(imported.scene.player().spawn_points(0).y(), 0.95, 1e-9);
+}
+
+// --- Meshes to be drawn.
+
+// The document inside of a binary file.
+json DocumentOf(const std::string& glb) {
+  std::uint32_t size = 0;
+  if (glb.size() < 20) return {};
+  std::memcpy(&size, glb.data() + 12, sizeof size);
+  return json::parse(glb.substr(20, size));
+}
+
+absl::StatusOr<GltfImport> ImportAgain(const std::string& glb) {
+  return ImportGltf({reinterpret_cast<const std::uint8_t*>(glb.data()), glb.size()}, "/nowhere", "again");
+}
+
+TEST(GltfImportTest, MeshesAreKeptToBeDrawnWithTheirColours) {
+  Level level;
+  const json rough = {{"baseColorFactor", {0.8, 0.2, 0.1, 1}}, {"baseColorTexture", {{"index", 0}}}};
+  level.document["materials"] = json::array({{{"pbrMetallicRoughness", rough}}});
+  level.document["textures"] = json::array({{{"name", "bricks"}}});
+  const int square = level.Square();
+  level.document["meshes"][0]["primitives"][0]["material"] = 0;
+  level.document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] =
+      level.Positions({{0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}});
+  level.Node({{"name", "floor"}, {"mesh", square}, {"translation", {0, 2, 0}}, {"scale", {5, 1, 3}}});
+  const GltfImport imported = Imported(level);
+  EXPECT_EQ(imported.drawn_triangles, 2u);
+  EXPECT_EQ(imported.visual_sha256, Sha256Hex(imported.visual_file));
+  ASSERT_EQ(imported.scene.bodies(0).shape().visuals_size(), 1);
+  const v1::Visual& visual = imported.scene.bodies(0).shape().visuals(0);
+  EXPECT_EQ(visual.sha256(), imported.visual_sha256);
+  EXPECT_EQ(visual.mesh(), 0u);
+  EXPECT_FALSE(visual.has_pose()) << "the body is where its node is";
+  EXPECT_EQ(FromProto(visual.scale()), (Vec3d{5, 1, 3}));
+  EXPECT_THAT(imported.notes, Contains("left out: 1 textures of meshes, which are drawn in their base colour"));
+  const json document = DocumentOf(imported.visual_file);
+  EXPECT_EQ(document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"], json({0.8, 0.2, 0.1, 1}));
+  EXPECT_TRUE(document["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
+  EXPECT_EQ(document["accessors"][0]["max"], json({1, 0, 1}));
+  EXPECT_EQ(document.dump().find("uri"), std::string::npos) << "it names no other file";
+  const auto again = ImportAgain(imported.visual_file);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->triangles, 2u) << "other programs read it";
+}
+
+TEST(GltfImportTest, MeshesBelowABodyAreDrawnWhereTheyAreInIt) {
+  Level level;
+  const int box = level.Shape({{"type", "box"}, {"box", {{"size", {1, 2, 3}}}}});
+  const int square = level.Square();
+  json crate = Physics("dynamic", {{"mass", 5}});
+  crate["collider"] = {{"shape", box}};
+  const int lid = level.Node({{"mesh", square}, {"translation", {0, 1, 0}}, {"scale", {-0.5, 1, 1.5}}}, false);
+  const double half = std::sqrt(0.5);
+  level.Node({{"name", "crate"},
+              {"translation", {7, 8, 9}},
+              {"rotation", {0, half, 0, half}},
+              {"children", json::array({lid})},
+              {"extensions", {{"OMI_physics_body", crate}}}});
+  level.Node({{"mesh", square}, {"translation", {20, 0, 0}}});
+  const GltfImport imported = Imported(level);
+  ASSERT_EQ(imported.scene.bodies_size(), 2);
+  EXPECT_EQ(DocumentOf(imported.visual_file)["meshes"].size(), 1u) << "a mesh of two bodies is kept once";
+  for (const v1::Body& body : imported.scene.bodies()) {
+    ASSERT_EQ(body.shape().visuals_size(), 1) << body.name();
+    if (body.name() != "crate") continue;
+    const v1::Visual& visual = body.shape().visuals(0);
+    EXPECT_NEAR(Length(FromProto(visual.pose().position()) - Vec3d{0, 1, 0}), 0, 1e-9);
+    const Vec3d scale = FromProto(visual.scale());
+    EXPECT_NEAR(scale.x * scale.y * scale.z, -0.75, 1e-9) << "mirrored";
+    // Its corner (1, 0, 1) is where the level has it: the mirrored x, half as far, and z half as far again.
+    const Vec3d corner = Rotate(FromProto(visual.pose().orientation()), Vec3d{scale.x, 0, scale.z});
+    EXPECT_NEAR(Length(corner - Vec3d{-0.5, 0, 1.5}), 0, 1e-9);
+  }
+}
+
+TEST(GltfImportTest, MeshesThatCannotBeDrawnLeaveTheirShapes) {
+  Level sheared;
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  const int child = sheared.Node({{"mesh", sheared.Square()}, {"rotation", {0, s, 0, c}}}, false);
+  sheared.Node({{"scale", {3, 1, 1}}, {"children", json::array({child})}});
+  const GltfImport flat = Imported(sheared);
+  EXPECT_EQ(flat.scene.bodies(0).shape().visuals_size(), 0);
+  EXPECT_EQ(flat.visual_file, "") << "nothing refers to it";
+  EXPECT_THAT(flat.notes, Contains("left out: 1 sheared, flat or absurdly scaled meshes to draw"));
+
+  Level damaged;
+  const int box = damaged.Shape({{"type", "box"}});
+  const int positions = damaged.Positions({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}});
+  const int indices = damaged.Indices<std::uint32_t>({0, 1, 3}, kUnsignedInt);
+  json crate = Physics("dynamic");
+  crate["collider"] = {{"shape", box}};
+  damaged.Node({{"mesh", damaged.Mesh({{"attributes", {{"POSITION", positions}}}, {"indices", indices}})},
+                {"extensions", {{"OMI_physics_body", crate}}}});
+  const GltfImport kept = Imported(damaged);
+  EXPECT_EQ(kept.dynamic_bodies, 1u);
+  EXPECT_EQ(kept.visual_file, "");
+  EXPECT_THAT(kept.notes, Contains(HasSubstr("not drawn: mesh 0 \"m\": primitive 0: index 2 is 3, of 3 vertices")));
+}
+
+TEST(GltfImportTest, MoreThanAMillionTrianglesAreNotKept) {
+  Level level;
+  const int positions = level.Positions({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}});
+  std::vector<std::uint32_t> corners(std::size_t{3} * 1'000'001);
+  for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = static_cast<std::uint32_t>(i % 3);
+  const int indices = level.Indices<std::uint32_t>(corners, kUnsignedInt);
+  level.Node({{"mesh", level.Mesh({{"attributes", {{"POSITION", positions}}}, {"indices", indices}})}});
+  const auto imported = Import(level);
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_EQ(imported->triangles, 1'000'001u) << "they collide all the same";
+  EXPECT_EQ(imported->visual_file, "");
+  EXPECT_EQ(imported->scene.bodies(0).shape().visuals_size(), 0);
+  EXPECT_THAT(imported->notes, Contains(HasSubstr("these have 1000001 triangles or more")));
 }
 
 // --- What a file may claim.

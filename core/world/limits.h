@@ -71,6 +71,11 @@ inline constexpr std::size_t kMaxMeshVertices = 1'000'000, kMaxMeshTriangles = 2
 // Samples of a height field: 1025 x 1025, the usual size of a terrain of 2^10 cells a side. They are 4 MB of a scene,
 // and a client that predicts builds two million triangles of them at joining.
 inline constexpr std::size_t kMaxHeightSamples = std::size_t{1025} * 1025;
+// Meshes that are drawn in place of one shape, and their scale. An exporter may write millimetres.
+inline constexpr std::size_t kMaxVisuals = 64;
+inline constexpr double kMinVisualScale = 1e-6, kMaxVisualScale = 1e6;
+// The file that holds them: a page loads all of it at once, and keeps it in the graphics card's memory.
+inline constexpr std::size_t kMaxVisualFile_bytes = std::size_t{64} << 20, kMaxVisualTriangles = 1'000'000;
 // Characters of a name, so that an error that quotes it stays one line.
 inline constexpr std::size_t kMaxNameLength = 63;
 // Text of a scene, bytes: protobuf's parsers take no more than 2 GB, and a million bodies written out need about 200

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -37,14 +38,19 @@ void CheckEnds(PackReader& io, const JointDef& joint, const std::vector<BodyDef>
   if (a->motion == Motion::kStatic && (b == nullptr || b->motion == Motion::kStatic)) io.Fail("body_a", "is static");
 }
 
-packed::ShapeTable ShapesOf(const Scene& scene) {
-  packed::ShapeTable shapes;
-  for (const BodyDef& body : scene.bodies) shapes.Add(body.shape);
-  if (scene.player) shapes.Add(scene.player->body.shape);
+// Calls `each` with the shape of every body, the player's and those of prefabs too.
+void ForEachShape(const Scene& scene, const std::function<void(const ShapePtr&)>& each) {
+  for (const BodyDef& body : scene.bodies) each(body.shape);
+  if (scene.player) each(scene.player->body.shape);
   for (const Prefab& prefab : scene.prefabs) {
-    for (const BodyDef& body : prefab.bodies) shapes.Add(body.shape);
+    for (const BodyDef& body : prefab.bodies) each(body.shape);
   }
-  return shapes;
+}
+
+bool HasVisuals(const Scene& scene) {
+  bool found = false;
+  ForEachShape(scene, [&](const ShapePtr& shape) { found = found || !shape->visuals.empty(); });
+  return found;
 }
 
 absl::Status BadPack(const std::string& what) {
@@ -52,17 +58,22 @@ absl::Status BadPack(const std::string& what) {
 }
 
 // The chunks in their order, each once.
-absl::StatusOr<std::array<std::span<const std::uint8_t>, kChunkIds.size()>> ChunksOf(
-    std::span<const std::uint8_t> bytes) {
+struct Chunks {
+  std::uint16_t version = 0;
+  std::array<std::span<const std::uint8_t>, kChunkIds.size()> bytes;
+};
+
+absl::StatusOr<Chunks> ChunksOf(std::span<const std::uint8_t> bytes) {
   if (bytes.size() > kMaxPackedSceneBytes) return BadPack(absl::StrCat("has ", bytes.size(), " bytes"));
   ByteReader in(bytes);
   if (AsText(in.Bytes(kPackedMagic.size())) != kPackedMagic) return BadPack("this is none");
   const std::uint16_t version = in.U16();
   if (!in.ok()) return BadPack("truncated");
-  if (version != kPackedSceneVersion) {
-    return BadPack(absl::StrCat("of version ", version, "; this program reads ", kPackedSceneVersion));
+  if (version < kPlainSceneVersion || version > kPackedSceneVersion) {
+    return BadPack(absl::StrCat("of version ", version, "; this program reads ", kPlainSceneVersion, " and ",
+                                kPackedSceneVersion));
   }
-  std::array<std::span<const std::uint8_t>, kChunkIds.size()> chunks;
+  Chunks chunks{version, {}};
   for (std::size_t i = 0; i < kChunkIds.size(); ++i) {
     const std::string id(AsText(in.Bytes(kChunkIds[i].size())));
     const std::uint64_t size = in.U64();
@@ -71,7 +82,7 @@ absl::StatusOr<std::array<std::span<const std::uint8_t>, kChunkIds.size()>> Chun
     }
     if (in.ok() && size > in.remaining()) in.Fail("truncated");
     if (!in.ok()) return BadPack(absl::StrCat(std::string(kChunkIds[i]), ": ", in.error()));
-    chunks[i] = in.Bytes(static_cast<std::size_t>(size));
+    chunks.bytes[i] = in.Bytes(static_cast<std::size_t>(size));
   }
   if (in.remaining() > 0) return BadPack("more bytes follow");
   return chunks;
@@ -85,7 +96,9 @@ absl::Status Finished(const PackReader& io) {
 }  // namespace
 
 std::vector<std::uint8_t> PackScene(const Scene& scene) {
-  packed::ShapeTable shapes = ShapesOf(scene);
+  const bool visuals = HasVisuals(scene);
+  packed::ShapeTable shapes(visuals);
+  ForEachShape(scene, [&](const ShapePtr& shape) { shapes.Add(shape); });
   const packed::Context context{shapes, scene.properties, scene.kinds.size(), scene.layers.size()};
   std::array<PackWriter, kChunkIds.size()> chunks;
   packed::RulesOf(chunks[0], scene, context);
@@ -97,7 +110,7 @@ std::vector<std::uint8_t> PackScene(const Scene& scene) {
                  [&](const JointDef& joint) { packed::JointOf(chunks[3], joint); });
   ByteWriter out;
   out.Text(kPackedMagic);
-  out.U16(kPackedSceneVersion);
+  out.U16(visuals ? kPackedSceneVersion : kPlainSceneVersion);
   for (std::size_t i = 0; i < kChunkIds.size(); ++i) {
     const std::vector<std::uint8_t> bytes = chunks[i].Take();
     out.Text(kChunkIds[i]);
@@ -109,12 +122,13 @@ std::vector<std::uint8_t> PackScene(const Scene& scene) {
 
 // The chunks one after the other; `left` and the ids before belong to the list under way.
 struct SceneUnpacker::Impl {
-  explicit Impl(std::span<const std::uint8_t> bytes) : chunks(ChunksOf(bytes)) {
+  explicit Impl(std::span<const std::uint8_t> bytes)
+      : chunks(ChunksOf(bytes)), shapes(chunks.ok() && chunks->version > kPlainSceneVersion) {
     if (!chunks.ok()) status = chunks.status();
   }
 
   void Enter(std::size_t chunk) {
-    io.emplace((*chunks)[chunk]);
+    io.emplace(chunks->bytes[chunk]);
     at = chunk;
   }
   void Leave() { status = Finished(*io); }
@@ -172,7 +186,7 @@ struct SceneUnpacker::Impl {
   }
   std::size_t Remaining() const { return io ? io->remaining() : 0; }
 
-  absl::StatusOr<std::array<std::span<const std::uint8_t>, kChunkIds.size()>> chunks;
+  absl::StatusOr<Chunks> chunks;
   absl::Status status;
   std::shared_ptr<Scene> scene = std::make_shared<Scene>();
   packed::ShapeTable shapes;

@@ -22,8 +22,9 @@
 
 namespace tessera {
 
-// Version of the packed form. A reader takes this one alone.
-inline constexpr std::uint16_t kPackedSceneVersion = 1;
+// Newest version of the packed form, in which shapes have visuals, and the one of a scene without any. A reader takes
+// both.
+inline constexpr std::uint16_t kPackedSceneVersion = 2, kPlainSceneVersion = 1;
 // The most that is read, or served: a million bodies take about 30 MB, the largest mesh 40 MB.
 inline constexpr std::size_t kMaxPackedSceneBytes = std::size_t{512} << 20;
 
@@ -32,7 +33,7 @@ std::vector<std::uint8_t> PackScene(const Scene& scene);
 
 // Trusts nothing: every number is within the limits of limits.h, every reference leads somewhere, and nothing follows.
 // INVALID_ARGUMENT naming the place: "packed scene: bodies[12].mass_kg: 0 is not within ...", "packed scene: of version
-// 2; this program reads 1".
+// 3; this program reads 1 and 2".
 absl::StatusOr<std::shared_ptr<const Scene>> UnpackScene(std::span<const std::uint8_t> bytes);
 
 // Its head alone: that it is one, of this version, with its parts as long as it says. INVALID_ARGUMENT as above.

@@ -99,6 +99,51 @@ TEST(PackedSceneTest, EveryGoldenSceneComesBackFieldByField) {
 
 TEST(PackedSceneTest, WhatNoSceneHasComesBackToo) { ExpectComesBack(*SceneOf(kEverything)); }
 
+// A scene of two boxes of one form, of which one is drawn by meshes.
+Scene SceneWithVisuals() {
+  Scene scene = *SceneOf(kEverything);
+  Shape drawn{BoxShape{{1, 2, 3}}};
+  drawn.visuals = {{.sha256 = std::string(64, 'a'), .mesh = 3, .pose = {{1, -2, 0.1}, {0, 0, 0.6, 0.8}}},
+                   {.sha256 = std::string(64, 'b'), .mesh = 0, .pose = {}, .scale = {-0.01, 0.01, 2}}};
+  scene.bodies[0].shape = std::make_shared<const Shape>(Shape{BoxShape{{1, 2, 3}}});
+  scene.bodies[1].shape = std::make_shared<const Shape>(drawn);
+  return scene;
+}
+
+TEST(PackedSceneTest, VisualsComeBackAndShapesThatDifferInThemAreTwo) {
+  const Scene scene = SceneWithVisuals();
+  ExpectComesBack(scene);
+  const auto same = UnpackScene(PackScene(scene));
+  ASSERT_TRUE(same.ok()) << same.status();
+  EXPECT_TRUE((*same)->bodies[0].shape->visuals.empty());
+  ASSERT_EQ((*same)->bodies[1].shape->visuals.size(), 2u);
+  EXPECT_EQ((*same)->bodies[1].shape->visuals[1].scale, (Vec3d{-0.01, 0.01, 2}));
+}
+
+TEST(PackedSceneTest, ASceneWithoutVisualsIsPackedAsBeforeThereWereAny) {
+  EXPECT_EQ(PackScene(*SceneOf(kEverything))[4], 1);
+  EXPECT_EQ(PackScene(SceneWithVisuals())[4], 2);
+}
+
+TEST(PackedSceneTest, DamagedVisualsAreNamed) {
+  const auto fault = [](auto change) {
+    Scene scene = SceneWithVisuals();
+    Shape shape = *scene.bodies[1].shape;
+    change(shape);
+    scene.bodies[1].shape = std::make_shared<const Shape>(shape);
+    return std::string(UnpackScene(PackScene(scene)).status().message());
+  };
+  EXPECT_THAT(fault([](Shape& s) { s.visuals[0].sha256[5] = 'G'; }), HasSubstr("visuals[0].sha256: is no hash"));
+  EXPECT_THAT(fault([](Shape& s) { s.visuals[1].scale.y = 0; }), HasSubstr("visuals[1].scale: is too small"));
+  EXPECT_THAT(fault([](Shape& s) { s.visuals.resize(65, s.visuals[0]); }), HasSubstr("visuals: 65 of them"));
+  EXPECT_THAT(fault([](Shape& s) {
+                CompoundShape compound;
+                compound.children.push_back({{}, SceneWithVisuals().bodies[1].shape});
+                s.form = compound;
+              }),
+              HasSubstr("children[0].shape: has visuals"));
+}
+
 TEST(PackedSceneTest, ADifferenceIsNamed) {
   const Scene scene = *SceneOf(kEverything);
   Scene other = scene;
@@ -210,8 +255,8 @@ TEST(PackedSceneTest, NamesThePlaceThatIsWrong) {
               }),
               HasSubstr("triangles[0].area: there is none"));
   PackedBytes other = PackScene(*SceneOf(kEverything));
-  other[4] = 2;
-  EXPECT_EQ(UnpackScene(other).status().message(), "packed scene: of version 2; this program reads 1");
+  other[4] = 3;
+  EXPECT_EQ(UnpackScene(other).status().message(), "packed scene: of version 3; this program reads 1 and 2");
 }
 
 // Ten bytes at a time, and the same comes out, or the same fault.

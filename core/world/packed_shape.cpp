@@ -59,6 +59,10 @@ std::vector<std::uint8_t> ShapeTable::BytesOf(const Shape& shape) const {
         }
       },
       shape.form);
+  if (with_visuals_) {
+    io.List("visuals", shape.visuals, 0, kMaxVisuals, kMinVisualBytes,
+            [&](const Visual& visual) { VisualOf(io, visual); });
+  }
   return io.Take();
 }
 
@@ -88,6 +92,10 @@ bool ShapeTable::ReadOn(PackReader& io, std::size_t bytes) {
     if (spent() >= bytes) return false;
     if (progress_.shape == nullptr) BeginShape(io);
     if (!LargeOn(io, bytes - std::min(bytes, spent()))) return false;
+    if (with_visuals_) {
+      io.List("visuals", progress_.shape->visuals, 0, kMaxVisuals, kMinVisualBytes,
+              [&](Visual& visual) { VisualOf(io, visual); });
+    }
     shapes_.push_back(std::exchange(progress_.shape, nullptr));  // so that later ones may refer to it
     io.NextOfList();
   }
@@ -109,6 +117,7 @@ void ShapeTable::BeginShape(PackReader& io) {
             PoseOf(io, "pose", child.pose, kMaxExtent_m);
             Reference(io, "shape", child.shape);
             if (io.ok() && !IsConvex(*child.shape)) io.Fail("shape", "is no part of a compound");
+            if (io.ok() && !child.shape->visuals.empty()) io.Fail("shape", "has visuals");
           });
         } else if constexpr (!std::is_same_v<T, TriangleMeshShape> && !std::is_same_v<T, HeightFieldShape>) {
           WriteOrRead(io, form);

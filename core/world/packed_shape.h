@@ -3,6 +3,7 @@
 // For use inside core/world only. Thread rule: one thread.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "core/world/byte_view.h"
 #include "core/world/packed_io.h"
 #include "core/world/scene.h"
+#include "core/world/sha256.h"
 #include "core/world/shape_checks.h"
 
 namespace tessera::packed {
@@ -96,8 +98,27 @@ struct FormVisitor {
   }
 };
 
+template <class Io, class V>
+void VisualOf(Io& io, V& visual) {
+  io.Text("sha256", visual.sha256, kSha256Digits);
+  io.Number("mesh", visual.mesh, 0, ~std::uint32_t{0});
+  PoseOf(io, "pose", visual.pose, kMaxExtent_m);
+  for (auto* part : {&visual.scale.x, &visual.scale.y, &visual.scale.z}) {
+    io.Real("scale", *part, -kMaxVisualScale, kMaxVisualScale);
+    if constexpr (Io::kReads) {
+      if (io.ok() && std::abs(*part) < kMinVisualScale) io.Fail("scale", "is too small");
+    }
+  }
+  if constexpr (Io::kReads) {
+    if (io.ok() && !IsSha256Hex(visual.sha256)) io.Fail("sha256", "is no hash");
+  }
+}
+
 // Shapes of one scene, parts of compounds included.
 inline constexpr std::size_t kMaxShapes = 2 * kMaxBodies;
+
+// Bytes of a visual: its hash with the length, number, pose and scale.
+inline constexpr std::size_t kMinVisualBytes = 65 + 1 + 56 + 24;
 
 // Whether a part of a compound may have this form.
 inline bool IsConvex(const Shape& shape) { return shape.form.index() <= 5; }
@@ -106,6 +127,9 @@ inline bool IsForStaticBodies(const Shape& shape) { return shape.form.index() >=
 // Writes and reads shapes as their places in the table.
 class ShapeTable {
  public:
+  // Without visuals it writes none, and reads none: a scene that has none is packed as before there were any.
+  explicit ShapeTable(bool with_visuals) : with_visuals_(with_visuals) {}
+
   // For a writer: adds the shape, and what it is made of, if it is not there yet.
   void Add(const ShapePtr& shape);
   std::size_t size() const { return shapes_.size(); }
@@ -132,6 +156,7 @@ class ShapeTable {
     std::size_t left = 0;
   };
 
+  bool with_visuals_;
   std::vector<ShapePtr> shapes_;
   Progress progress_;
   std::vector<std::vector<std::uint8_t>> bytes_;             // for a writer

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
+#include "core/world/sha256.h"
 #include "core/world/shape_checks.h"
 
 namespace tessera {
@@ -152,6 +153,42 @@ BoxShape BoxOf(Faults& faults, const std::string& field, const v1::Vec3& half) {
   return {FromProto(half)};
 }
 
+Vec3d VisualScale(Faults& faults, const std::string& field, const v1::Visual& visual) {
+  if (!visual.has_scale()) return {1, 1, 1};
+  const Vec3d scale = FromProto(visual.scale());
+  for (const auto& [axis, value] : {std::pair("x", scale.x), std::pair("y", scale.y), std::pair("z", scale.z)}) {
+    const double size = std::abs(value);
+    if (size >= kMinVisualScale && size <= kMaxVisualScale) continue;
+    faults.Add(absl::StrCat(field, ".scale.", axis, " must be ", kMinVisualScale, " to ", kMaxVisualScale,
+                            " or the negative of it, got ", value));
+    return {1, 1, 1};
+  }
+  return scale;
+}
+
+std::vector<Visual> VisualsOf(Faults& faults, const std::string& field, const v1::Shape& shape) {
+  std::vector<Visual> out;
+  const auto count = static_cast<std::size_t>(shape.visuals_size());
+  if (count > kMaxVisuals) {
+    faults.Add(absl::StrCat(field, ".visuals must be at most ", kMaxVisuals, ", got ", count));
+    return out;
+  }
+  out.reserve(count);
+  for (int i = 0; i < shape.visuals_size(); ++i) {
+    const v1::Visual& visual = shape.visuals(i);
+    const std::string here = absl::StrCat(field, ".visuals[", i, "]");
+    if (!IsSha256Hex(visual.sha256())) {
+      faults.Add(absl::StrCat(here, ".sha256 must be 64 lower-case hexadecimal digits"));
+      continue;
+    }
+    out.push_back({.sha256 = visual.sha256(),
+                   .mesh = visual.mesh(),
+                   .pose = faults.Normalised(here + ".pose", visual.pose(), kMaxExtent_m),
+                   .scale = VisualScale(faults, here, visual)});
+  }
+  return out;
+}
+
 }  // namespace
 
 ShapePtr ShapeResolver::Resolve(const std::string& field, const v1::Shape& shape, Motion motion) {
@@ -170,14 +207,16 @@ ShapePtr ShapeResolver::Resolve(const std::string& field, const v1::Shape& shape
   const std::string key = StaticOnly(kind) ? std::string() : shape.SerializeAsString();
   if (const auto it = known_.find(key); it != known_.end()) return it->second;
   const std::size_t before = faults_.count();
-  ShapePtr built = Build(absl::StrCat(field, ".", NameOf(kind)), shape);
+  std::vector<Visual> visuals = VisualsOf(faults_, field, shape);
+  ShapePtr built = Build(absl::StrCat(field, ".", NameOf(kind)), shape, std::move(visuals));
   if (faults_.count() != before) return nullptr;
   if (!key.empty()) known_.emplace(key, built);
   return built;
 }
 
-ShapePtr ShapeResolver::Build(const std::string& field, const v1::Shape& shape) {
+ShapePtr ShapeResolver::Build(const std::string& field, const v1::Shape& shape, std::vector<Visual> visuals) {
   auto out = std::make_shared<Shape>();
+  out->visuals = std::move(visuals);
   switch (shape.kind_case()) {
     case ShapeKind::kBox:
       out->form = BoxOf(faults_, field, shape.box().half_extents());
@@ -213,6 +252,10 @@ ShapePtr ShapeResolver::Build(const std::string& field, const v1::Shape& shape) 
         if (kind == ShapeKind::kCompound || StaticOnly(kind)) {
           faults_.Add(
               absl::StrCat(child, ".shape must be a box, sphere, capsule, cylinder, cone or hull, got ", NameOf(kind)));
+          continue;
+        }
+        if (!children[i].shape().visuals().empty()) {
+          faults_.Add(absl::StrCat(child, ".shape.visuals: give them to the compound"));
           continue;
         }
         const Pose pose = faults_.Normalised(child + ".pose", children[i].pose(), kMaxExtent_m);

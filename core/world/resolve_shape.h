@@ -5,6 +5,7 @@
 
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "core/world/faults.h"
 #include "core/world/scene.h"
@@ -21,7 +22,7 @@ class ShapeResolver {
   ShapePtr Resolve(const std::string& field, const v1::Shape& shape, Motion motion);
 
  private:
-  ShapePtr Build(const std::string& field, const v1::Shape& shape);
+  ShapePtr Build(const std::string& field, const v1::Shape& shape, std::vector<Visual> visuals);
 
   Faults& faults_;
   std::unordered_map<std::string, ShapePtr> known_;  // by serialised message

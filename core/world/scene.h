@@ -68,10 +68,19 @@ struct PlaneShape {  // static only; solid below dot(normal, p) = offset_m
   double offset_m = 0;
 };
 
+// A mesh of a glTF file, which is drawn in place of a shape by whoever has the file. Physics never looks at it.
+struct Visual {
+  std::string sha256;      // hash of the file: 64 lower-case hexadecimal digits
+  std::uint32_t mesh = 0;  // its place in the file's meshes
+  Pose pose;               // in the shape's coordinates
+  Vec3d scale{1, 1, 1};    // along the mesh's own axes, never 0; negative: mirrored
+};
+
 struct Shape {
   std::variant<BoxShape, SphereShape, CapsuleShape, CylinderShape, ConeShape, ConvexHullShape, CompoundShape,
                TriangleMeshShape, HeightFieldShape, PlaneShape>
       form;
+  std::vector<Visual> visuals{};  // not of a compound's children
 };
 
 // --- Bodies ----------------------------------------------------------------------------------------------------------

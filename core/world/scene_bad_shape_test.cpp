@@ -53,6 +53,27 @@ TEST(BadSceneTest, Compounds) {
             "shape.compound.children[0].pose.orientation must have length 1, got 3");
 }
 
+TEST(BadSceneTest, Visuals) {
+  const std::string box = "box { half_extents { x: 1 y: 1 z: 1 } } ", hash(64, 'a');
+  const auto visual = [&](const std::string& fields) {
+    return ShapeError(box + "visuals { sha256: \"" + hash + "\" " + fields + " }");
+  };
+  EXPECT_EQ(ShapeError(box + "visuals { sha256: \"" + std::string(64, 'A') + "\" }"),
+            "shape.visuals[0].sha256 must be 64 lower-case hexadecimal digits");
+  EXPECT_EQ(ShapeError(box + "visuals {}"), "shape.visuals[0].sha256 must be 64 lower-case hexadecimal digits");
+  EXPECT_EQ(visual("scale { x: 1 y: 0 z: -1 }"),
+            "shape.visuals[0].scale.y must be 1e-06 to 1e+06 or the negative of it, got 0");
+  EXPECT_EQ(visual("scale { x: nan }"),
+            "shape.visuals[0].scale.x must be 1e-06 to 1e+06 or the negative of it, got nan");
+  EXPECT_EQ(visual("pose { position { x: 1e9 } }"),
+            "shape.visuals[0].pose.position.x must be -100000 to 100000, got 1e+09");
+  std::string many;
+  for (int i = 0; i < 65; ++i) many += "visuals { sha256: \"" + hash + "\" } ";
+  EXPECT_EQ(ShapeError(box + many), "shape.visuals must be at most 64, got 65");
+  EXPECT_EQ(ShapeError("compound { children { shape { " + box + "visuals { sha256: \"" + hash + "\" } } } }"),
+            "shape.compound.children[0].shape.visuals: give them to the compound");
+}
+
 TEST(BadSceneTest, Meshes) {
   const std::string vertices = "vertices {} vertices { x: 1 } vertices { z: 1 } vertices { x: 2 } ";
   EXPECT_EQ(ShapeError("mesh { " + vertices + "indices: [0, 2, 4] }"),

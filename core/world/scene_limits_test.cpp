@@ -44,6 +44,7 @@ TEST(SceneLimitsTest, TheProtoStatesWhatIsChecked) {
       {"vertices of a mesh", kMaxMeshVertices},
       {"triangles of a mesh", kMaxMeshTriangles},
       {"samples of a height field", kMaxHeightSamples},
+      {"visuals of a shape", kMaxVisuals},
       {"least tick_rate_hz", kMinTickRateHz},
       {"largest tick_rate_hz", kMaxTickRateHz},
       {"m of a coordinate", kMaxCoordinate_m},

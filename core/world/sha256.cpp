@@ -2,6 +2,7 @@
 
 #include <sodium.h>
 
+#include <algorithm>
 #include <array>
 
 namespace tessera {
@@ -13,6 +14,11 @@ std::string Sha256Hex(std::string_view bytes) {
   sodium_bin2hex(hex.data(), hex.size(), digest.data(), digest.size());
   hex.pop_back();
   return hex;
+}
+
+bool IsSha256Hex(std::string_view text) {
+  return text.size() == 2 * crypto_hash_sha256_BYTES &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
 struct Sha256::State {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -19,6 +20,9 @@ namespace tessera {
 
 // SHA-256 (FIPS 180-4) in 64 lower-case hexadecimal digits.
 std::string Sha256Hex(std::string_view bytes);
+inline constexpr std::size_t kSha256Digits = 64;
+// Whether `text` has the form of such a hash.
+bool IsSha256Hex(std::string_view text);
 
 // The same, of bytes that come in parts.
 class Sha256 {

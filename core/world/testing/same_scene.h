@@ -47,6 +47,11 @@ class SceneDifference {
   }
 
   void Forms(const Shape& a, const Shape& b, const std::string& what) {
+    Lists(a.visuals, b.visuals, what + ".visuals", [this](const Visual& p, const Visual& q, const std::string& at) {
+      Is(p.sha256 == q.sha256 && p.mesh == q.mesh, at);
+      Bits(p.pose, q.pose, at + ".pose");
+      Bits(p.scale, q.scale, at + ".scale");
+    });
     if (a.form.index() != b.form.index()) return Is(false, what + ".form");
     std::visit([&](const auto& form) { Form(form, std::get<std::decay_t<decltype(form)>>(b.form), what); }, a.form);
   }
