@@ -31,7 +31,7 @@ struct UpOptions {
   std::string page_listen = "127.0.0.1:7710";
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;
-  std::string game_modules;
+  std::string game_modules, visuals;
 };
 
 std::string DefaultStateDir() {
@@ -109,6 +109,7 @@ void Up(const Globals& globals, const UpOptions& options) {
       .hosts = options.hosts,
       .capacity = options.capacity,
       .page_listen = options.page_listen,
+      .visuals = options.visuals,
       .game_modules = options.game_modules};
   std::error_code error;
   std::filesystem::create_directories(cluster_options.state_dir, error);
@@ -169,6 +170,9 @@ void AddUpCommand(CLI::App& app, Globals& globals) {
   up->add_option("--capacity", options->capacity, "Regions that each agent takes (default: 8 a core)");
   up->add_option("--game-modules", options->game_modules,
                  "Folder of shared libraries that worlds may run as games, which are trusted (default: none)")
+      ->check(CLI::ExistingDirectory);
+  up->add_option("--visuals", options->visuals,
+                 "Folder of the meshes that tessera scene import wrote, for the page to draw (default: none)")
       ->check(CLI::ExistingDirectory);
   up->add_option("--state-dir", options->state_dir, "State and logs (default: ~/.local/state/tessera)");
   up->callback([&globals, options] { Up(globals, *options); });

@@ -37,7 +37,7 @@ constexpr std::size_t kMaxTokenFileBytes = 1024;
 
 struct GatewayFlags {
   std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
-  std::string metrics_token_file, page, ready_file, token_file, key_file, log_level;
+  std::string metrics_token_file, page, visuals, ready_file, token_file, key_file, log_level;
   std::vector<std::string> allow_origins;
   GatewayOptions options;
   std::uint64_t max_viewer_kbytes = 4000, recording_mb = 1000, recordings_mb = 10'000;
@@ -120,8 +120,8 @@ absl::Status Run(const GatewayFlags& flags) {
   const auto metrics_server =
       telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry, *metrics_token);
   if (!metrics_server.ok()) return metrics_server.status();
-  const auto server =
-      WebServer::Start({.listen = *listen, .page = page, .allow_origins = flags.allow_origins}, metrics);
+  const auto server = WebServer::Start(
+      {.listen = *listen, .page = page, .visuals = flags.visuals, .allow_origins = flags.allow_origins}, metrics);
   if (!server.ok()) return server.status();
   {
     Gateway gateway(options, *channel, metrics, [&server] { (*server)->Wake(); });
@@ -173,6 +173,11 @@ int main(int argc, char** argv) {
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");
   app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
+  app.add_option(
+         "--visuals", flags.visuals,
+         "folder of the meshes that worlds are drawn with, <sha256>.glb, as `tessera scene import` writes them; "
+         "without it shapes are drawn")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--allow-origin", flags.allow_origins,
                  "a further origin whose pages may connect, e.g. https://play.example; may be repeated");
   app.add_flag("--local", flags.options.workers_are_here,

@@ -77,6 +77,8 @@ SceneBook::SceneBook(const Scene& scene) {
     for (const BodyDef& def : prefab.bodies) AddShape(def.shape);
   }
   Flush(static_cast<std::uint8_t>(MessageKind::kShapes), true);
+  for (const ShapePtr& shape : drawn_) AddVisuals(shape);
+  Flush(static_cast<std::uint8_t>(MessageKind::kVisuals), true);
   AddStatics(scene);
 }
 
@@ -99,6 +101,21 @@ void SceneBook::AddShape(const ShapePtr& shape) {
   pending_.Varint(number);
   pending_.U8(static_cast<std::uint8_t>(shape->form.index()));
   std::visit(PutForm{numbers_, pending_}, shape->form);
+  ++pending_count_;
+  if (!shape->visuals.empty()) drawn_.push_back(shape);
+}
+
+void SceneBook::AddVisuals(const ShapePtr& shape) {
+  Flush(static_cast<std::uint8_t>(MessageKind::kVisuals), false);
+  pending_.Varint(numbers_.at(shape.get()));
+  pending_.Varint(shape->visuals.size());
+  for (const Visual& visual : shape->visuals) {
+    pending_.Block(std::string_view(visual.sha256));
+    pending_.Varint(visual.mesh);
+    pending_.V(Narrow(visual.pose.position));
+    PutQuaternion(visual.pose.orientation, pending_);
+    pending_.V(Narrow(visual.scale));
+  }
   ++pending_count_;
 }
 

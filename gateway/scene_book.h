@@ -1,4 +1,5 @@
-// SceneBook: what viewers of a world are sent once: the shapes of its scene, numbered, and its static bodies.
+// SceneBook: what viewers of a world are sent once: the shapes of its scene, numbered, the meshes that are drawn in
+// their place, and its static bodies.
 //
 // Numbers ascend from 1, those of a compound's children before its own. All messages are encoded once, and shared by
 // all viewers of the scene. A pose that a viewer is sent is that of its shape's origin; a dynamic body's state is that
@@ -25,7 +26,7 @@ class SceneBook {
  public:
   explicit SceneBook(const Scene& scene);
 
-  const std::vector<Bytes>& messages() const { return messages_; }  // shapes, then statics
+  const std::vector<Bytes>& messages() const { return messages_; }  // shapes, visuals, statics
   // 0 for a shape that is not the scene's.
   std::uint32_t NumberOf(const Shape& shape) const;
   // The origin of a dynamic body's shape as seen from its centre of mass, in the shape's axes.
@@ -33,10 +34,12 @@ class SceneBook {
 
  private:
   void AddShape(const ShapePtr& shape);
+  void AddVisuals(const ShapePtr& shape);
   void AddStatics(const Scene& scene);
   void Flush(std::uint8_t kind, bool all);
 
   std::unordered_map<const Shape*, std::uint32_t> numbers_;
+  std::vector<ShapePtr> drawn_;          // shapes with visuals, ascending by number
   std::vector<Vec3d> origins_{Vec3d()};  // by number
   std::vector<Bytes> messages_;
   // The message under way.

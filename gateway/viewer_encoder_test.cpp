@@ -307,6 +307,27 @@ void ExpectGolden(const std::string& name, std::span<const std::uint8_t> message
   EXPECT_EQ(ReadGolden(name + ".json"), words);
 }
 
+TEST(GoldenMessageTest, VisualsAreAsEverBetweenShapesAndStatics) {
+  const auto scene = SceneOf(R"(
+    name: "drawn"
+    bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
+    bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
+    bodies { id: 2 mass: 1 shape { sphere { radius: 0.5 }
+             visuals { sha256: "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef" mesh: 300
+                       pose { position { x: 1 y: -2 z: 0.5 } orientation { y: 1 } } scale { x: -0.5 y: 2 z: 1 } }
+             visuals { sha256: "fedcba9876543210fedcba9876543210fedcba9876543210fedcba9876543210" } } }
+    bodies { id: 3 mass: 1 shape { sphere { radius: 0.5 } } })");
+  ASSERT_NE(scene, nullptr);
+  const SceneBook book(*scene);
+  ASSERT_EQ(book.messages().size(), 3u);
+  ViewerDecoder decoder;
+  decoder.Take(book.messages()[0]);
+  EXPECT_EQ(decoder.shapes, 3u) << "two balls that look otherwise";
+  ExpectGolden("8-visuals", book.messages()[1], decoder);
+  decoder.Take(book.messages()[2]);
+  EXPECT_EQ(decoder.statics, 1u);
+}
+
 TEST(GoldenMessageTest, AreAsEverInTheOrderOfAConnection) {
   const auto scene = SceneOf(kAllShapes);
   ASSERT_NE(scene, nullptr);

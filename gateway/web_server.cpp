@@ -14,8 +14,10 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "core/world/sha256.h"
 #include "gateway/page_files.h"
 #include "gateway/viewer_format.h"
+#include "gateway/visual_files.h"
 #include "gateway/web_request.h"
 #include "spdlog/spdlog.h"
 
@@ -39,6 +41,8 @@ constexpr int kOrderTimeout_s = 30;
 constexpr std::size_t kMaxInstanceName = 64;
 constexpr char kPlainText[] = "text/plain; charset=utf-8", kJson[] = "application/json";
 constexpr std::size_t kMaxRecordingName = 128;
+constexpr absl::string_view kVisualPath = "/visuals/", kVisualEnding = ".glb";
+constexpr char kGlb[] = "model/gltf-binary";
 constexpr absl::string_view kWatchPath = "/watch/", kPlayPath = "/play/", kRecordPath = "/api/recordings/";
 
 void LogLine(int level, const char* line) {
@@ -61,11 +65,18 @@ struct WebServer::Impl {
     bool too_long = false, asked_to_write = false;
   };
 
-  // The part of the page that an HTTP connection is being sent; null: none. Or the order that it waits for; 0: none.
+  // The part of the page, or the mesh file, that an HTTP connection is being sent; null: none. Or the order that it
+  // waits for; 0: none. Or the mesh file that it waits for, and holds until it is sent.
   struct Download {
     const std::string* bytes = nullptr;
     std::size_t sent = 0;
-    std::uint64_t order = 0;
+    std::uint64_t order = 0, visual = 0;
+  };
+  // A request for a mesh file, until it is answered or its connection is gone.
+  struct AskedVisual {
+    lws* wsi = nullptr;
+    bool with_body = true;
+    std::optional<VisualFiles::Answer> answer;
   };
   // An order by HTTP, until it is answered or its connection is gone.
   struct Posted {
@@ -85,6 +96,8 @@ struct WebServer::Impl {
   int Answer(lws* wsi, Download& download);
   int Post(lws* wsi, Download& download);
   int AnswerPost(lws* wsi, Download& download);
+  int AskVisual(lws* wsi, absl::string_view sha256, bool with_body, Download& download);
+  int AnswerVisual(lws* wsi, Download& download);
   int SendPage(lws* wsi, const PageFile& file, bool with_body, Download& download);
   static int SendMore(lws* wsi, Download& download);
   int FilterViewer(lws* wsi);
@@ -110,12 +123,21 @@ struct WebServer::Impl {
   std::map<ViewerId, Peer*> peers;
   std::map<std::uint64_t, Posted> posted;
   std::uint64_t last_posted = 0;
+  std::map<std::uint64_t, AskedVisual> asked_visuals;
+  std::uint64_t last_visual = 0;
   std::size_t connections = 0;
   std::vector<unsigned char> out;
   std::mutex waking;
   bool stopped = false;  // under `waking`
+  VisualFiles visuals;   // last: its thread wakes the loop
 
-  Impl(const WebOptions& options_in, GatewayMetrics& metrics_in) : options(options_in), metrics(metrics_in) {}
+  Impl(const WebOptions& options_in, GatewayMetrics& metrics_in)
+      : options(options_in), metrics(metrics_in), visuals(options_in.visuals, [this] { Wake(); }) {}
+
+  void Wake() {
+    const std::lock_guard lock(waking);
+    if (!stopped && context != nullptr) lws_cancel_service(context);
+  }
 };
 
 // --- Pages -----------------------------------------------------------------------------------------------------------
@@ -178,6 +200,53 @@ int WebServer::Impl::AnswerPost(lws* wsi, Download& download) {
   return Reply(wsi, status, kPlainText, absl::StrCat(state.status().message(), "\n"));
 }
 
+// Answers once the file is read.
+int WebServer::Impl::AskVisual(lws* wsi, absl::string_view sha256, bool with_body, Download& download) {
+  const std::uint64_t number = ++last_visual;
+  download = {.visual = number};
+  asked_visuals[number] = {.wsi = wsi, .with_body = with_body, .answer = std::nullopt};
+  lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kRequestTimeout_s);
+  visuals.Ask(std::string(sha256), [this, number](const VisualFiles::Answer& answer) {
+    const auto asked = asked_visuals.find(number);
+    if (asked == asked_visuals.end()) return;
+    asked->second.answer = answer;
+    lws_callback_on_writable(asked->second.wsi);
+  });
+  return 0;
+}
+
+// A name that is a hash has one content for ever, so a browser asks once.
+int WebServer::Impl::AnswerVisual(lws* wsi, Download& download) {
+  const auto asked = asked_visuals.find(download.visual);
+  if (asked == asked_visuals.end() || !asked->second.answer) return 0;
+  const VisualFiles::Answer& answer = *asked->second.answer;
+  if (!answer.ok()) {
+    const unsigned status =
+        absl::IsNotFound(answer.status()) ? HTTP_STATUS_NOT_FOUND : HTTP_STATUS_INTERNAL_SERVER_ERROR;
+    const std::string why = absl::StrCat(answer.status().message(), "\n");
+    asked_visuals.erase(asked);
+    download = {};
+    return Reply(wsi, status, kPlainText, why);
+  }
+  std::vector<unsigned char> headers(LWS_PRE + 2048);
+  unsigned char* at = headers.data() + LWS_PRE;
+  unsigned char* const begin = at;
+  unsigned char* const end = headers.data() + headers.size() - 1;
+  if (lws_add_http_common_headers(wsi, HTTP_STATUS_OK, kGlb, (*answer)->size(), &at, end) != 0 ||
+      !AddHeader(wsi, WSI_TOKEN_HTTP_CACHE_CONTROL, "private, max-age=31536000, immutable", &at, end) ||
+      lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
+    return 1;
+  }
+  if (!asked->second.with_body || (*answer)->empty()) {
+    asked_visuals.erase(asked);
+    download = {};
+    return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+  }
+  download.bytes = answer->get();
+  lws_callback_on_writable(wsi);
+  return 0;
+}
+
 // A browser asks each time whether what it has is still the newest, for the names of files stay the same.
 int WebServer::Impl::SendPage(lws* wsi, const PageFile& file, bool with_body, Download& download) {
   std::vector<unsigned char> headers(LWS_PRE + 2048);
@@ -217,6 +286,7 @@ int WebServer::Impl::SendMore(lws* wsi, Download& download) {
     lws_callback_on_writable(wsi);
     return 0;
   }
+  me.asked_visuals.erase(download.visual);
   download = {};
   return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
 }
@@ -226,6 +296,11 @@ int WebServer::Impl::Answer(lws* wsi, Download& download) {
   const bool with_body = lws_hdr_total_length(wsi, WSI_TOKEN_HEAD_URI) <= 0;
   const std::string path = HeaderOf(wsi, with_body ? WSI_TOKEN_GET_URI : WSI_TOKEN_HEAD_URI);
   if (const PageFile* file = page.Find(path)) return SendPage(wsi, *file, with_body, download);
+  absl::string_view sha256 = path;
+  if (absl::ConsumePrefix(&sha256, kVisualPath) && absl::ConsumeSuffix(&sha256, kVisualEnding) &&
+      IsSha256Hex(std::string(sha256))) {
+    return AskVisual(wsi, sha256, with_body, download);
+  }
   if (path == "/healthz") return Reply(wsi, HTTP_STATUS_OK, kPlainText, "ok\n");
   if (path == "/api/worlds") {
     const WorldList::List list = gateway == nullptr ? WorldList::List() : gateway->Worlds();
@@ -270,6 +345,9 @@ int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, v
     case LWS_CALLBACK_HTTP_WRITEABLE: {
       auto* const download = static_cast<Download*>(user);
       if (download != nullptr && download->order != 0) return Of(wsi).AnswerPost(wsi, *download);
+      if (download != nullptr && download->visual != 0 && download->bytes == nullptr) {
+        return Of(wsi).AnswerVisual(wsi, *download);
+      }
       if (download == nullptr || download->bytes == nullptr) break;
       return SendMore(wsi, *download);
     }
@@ -278,7 +356,10 @@ int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, v
     case LWS_CALLBACK_HTTP_BODY_COMPLETION:
       return 0;
     case LWS_CALLBACK_CLOSED_HTTP:
-      if (user != nullptr) Of(wsi).posted.erase(static_cast<Download*>(user)->order);
+      if (user != nullptr) {
+        Of(wsi).posted.erase(static_cast<Download*>(user)->order);
+        Of(wsi).asked_visuals.erase(static_cast<Download*>(user)->visual);
+      }
       break;
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
       Of(wsi).Tick();
@@ -402,6 +483,7 @@ int WebServer::Impl::OnViewer(lws* wsi, lws_callback_reasons reason, void* user,
 // --- The loop --------------------------------------------------------------------------------------------------------
 
 void WebServer::Impl::Tick() {
+  visuals.Finish();
   if (gateway == nullptr) return;
   for (const ViewerId viewer : gateway->Tick(std::chrono::steady_clock::now())) {
     const auto peer = peers.find(viewer);
@@ -485,9 +567,6 @@ std::string WebServer::address() const {
 
 void WebServer::Serve(Gateway& gateway) { impl_->gateway = &gateway; }
 void WebServer::Service() { lws_service(impl_->context, 0); }
-void WebServer::Wake() {
-  const std::lock_guard lock(impl_->waking);
-  if (!impl_->stopped) lws_cancel_service(impl_->context);
-}
+void WebServer::Wake() { impl_->Wake(); }
 
 }  // namespace tessera::gateway

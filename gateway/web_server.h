@@ -1,5 +1,5 @@
-// WebServer: the gateway's one port: the page, its two lists, and the WebSockets of viewers. One event loop, of
-// libwebsockets; no call in it waits.
+// WebServer: the gateway's one port: the page, its two lists, the meshes of worlds, and the WebSockets of viewers. One
+// event loop, of libwebsockets; no call in it waits.
 //
 // It answers for itself alone: a request names an address of this machine, or a host that --allow-origin lists, so a
 // page of another site reaches it neither directly nor by a name of its own that leads here (DNS rebinding).
@@ -26,6 +26,7 @@ namespace tessera::gateway {
 struct WebOptions {
   host::SocketAddress listen{"127.0.0.1", 7710};
   std::string page;                        // folder; empty: none is built
+  std::string visuals;                     // folder of <sha256>.glb; empty: there are none
   std::vector<std::string> allow_origins;  // "https://play.example"
   std::size_t max_connections = 512;
 };

@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "core/world/sha256.h"
 #include "gateway/page_files.h"
 #include "gateway/testing/page_request.h"
 #include "host/temporary_folder.h"
@@ -30,8 +31,9 @@ class WebServerTest : public testing::Test {
     Write("index.html", "<!doctype html><title>page</title>");
     Write("assets/page.js", script_);
     Write("assets/dot.png", "\x89PNG\x01\x02");
-    auto server =
-        WebServer::Start({.listen = {"127.0.0.1", 0}, .page = folder_.path() + "/page", .allow_origins = {}}, metrics_);
+    auto server = WebServer::Start(
+        {.listen = {"127.0.0.1", 0}, .page = folder_.path() + "/page", .visuals = folder_.path(), .allow_origins = {}},
+        metrics_);
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     thread_ = std::thread([this] {
@@ -90,6 +92,33 @@ TEST_F(WebServerTest, ABrowserThatHasItIsSentNothing) {
   EXPECT_THAT(again.body, IsEmpty());
   EXPECT_EQ(Get("/", {"If-None-Match: \"another\""}).status, 200);
   EXPECT_NE(Get("/assets/page.js").headers["etag"], tag);
+}
+
+TEST_F(WebServerTest, AMeshFileIsServedByItsHashForEver) {
+  const std::string glb(300'000, 'g'), sha256 = Sha256Hex(glb);
+  Write("../" + sha256 + ".glb", glb);
+  PageAnswer file = Get("/visuals/" + sha256 + ".glb", {"Accept-Encoding: gzip"});
+  EXPECT_EQ(file.status, 200);
+  EXPECT_TRUE(file.body == glb) << file.body.size();
+  EXPECT_EQ(file.headers["content-type"], "model/gltf-binary");
+  EXPECT_THAT(file.headers["cache-control"], HasSubstr("immutable"));
+  PageAnswer head = Get("/visuals/" + sha256 + ".glb", {}, "HEAD");
+  EXPECT_EQ(head.headers["content-length"], std::to_string(glb.size()));
+  EXPECT_THAT(head.body, IsEmpty());
+}
+
+TEST_F(WebServerTest, AMeshFileThatIsNotThereOrDamagedIsRefusedAndWhy) {
+  const std::string damaged = Sha256Hex("whole"), none = Sha256Hex("none");
+  Write("../" + damaged + ".glb", "whol");
+  const PageAnswer wrong = Get("/visuals/" + damaged + ".glb");
+  EXPECT_EQ(wrong.status, 500);
+  EXPECT_THAT(wrong.body, HasSubstr("is damaged: it has another hash"));
+  const PageAnswer missing = Get("/visuals/" + none + ".glb");
+  EXPECT_EQ(missing.status, 404);
+  EXPECT_THAT(missing.body, HasSubstr("--visuals has no file " + none));
+  for (const char* path : {"/visuals/", "/visuals/secret", "/visuals/../secret", "/visuals/secret.glb"}) {
+    EXPECT_THAT(Get(path).body, Not(HasSubstr("hidden"))) << path;
+  }
 }
 
 TEST_F(WebServerTest, ServesNothingElse) {

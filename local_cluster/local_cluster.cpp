@@ -145,6 +145,7 @@ void LocalCluster::StartGateway() {
   const bool with_key =
       host::IsLoopback(OrThrow(host::ParseSocketAddress(options_.page_listen, host::PortRule::kFrom0)).host);
   if (with_key) argv.insert(argv.end(), {"--key-file", key_file});
+  if (!options_.visuals.empty()) argv.insert(argv.end(), {"--visuals", options_.visuals});
   if (options_.network == nullptr) argv.emplace_back("--local");
   AddMetricsToken(argv);
   gateway_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));

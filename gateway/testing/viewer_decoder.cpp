@@ -120,6 +120,9 @@ Words ViewerDecoder::Take(std::span<const std::uint8_t> message) {
     case MessageKind::kShapes:
       words = Shapes(in);
       break;
+    case MessageKind::kVisuals:
+      words = Visuals(in);
+      break;
     case MessageKind::kStatics:
       words = Statics(in);
       break;
@@ -173,6 +176,26 @@ Words ViewerDecoder::Shapes(ByteReader& in) {
     list.push_back(shape);
   }
   return {{"message", "shapes"}, {"shapes", list}};
+}
+
+Words ViewerDecoder::Visuals(ByteReader& in) {
+  Words list = Words::array();
+  for (std::size_t left = in.Count(2); left > 0; --left) {
+    const std::uint64_t shape = in.Varint();
+    Require(shape > 0 && shape <= shapes, "visuals: no such shape");
+    Words meshes = Words::array();
+    for (std::size_t parts = in.Count(105); parts > 0; --parts) {
+      Words words;
+      words["sha256"] = Text(in);
+      words["mesh"] = in.Varint();
+      words["position"] = Floats(in, 3);
+      words["orientation"] = Floats(in, 4);
+      words["scale"] = Floats(in, 3);
+      meshes.push_back(words);
+    }
+    list.push_back({{"shape", shape}, {"meshes", meshes}});
+  }
+  return {{"message", "visuals"}, {"visuals", list}};
 }
 
 Words ViewerDecoder::Statics(ByteReader& in) {

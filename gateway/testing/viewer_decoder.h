@@ -47,6 +47,7 @@ class ViewerDecoder {
  private:
   nlohmann::ordered_json Welcome(ByteReader& in);
   nlohmann::ordered_json Shapes(ByteReader& in);
+  nlohmann::ordered_json Visuals(ByteReader& in);
   nlohmann::ordered_json Statics(ByteReader& in);
   nlohmann::ordered_json Map(ByteReader& in);
   nlohmann::ordered_json Frame(ByteReader& in);

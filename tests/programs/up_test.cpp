@@ -30,6 +30,8 @@ class UpTest : public ::testing::Test {
             "127.0.0.1:0",
             "--page-listen",
             "127.0.0.1:0",
+            "--visuals",
+            visuals_.path(),
             "--capacity",
             "4"};
   }
@@ -41,7 +43,7 @@ class UpTest : public ::testing::Test {
     return std::regex_search(output, match, kLine) ? match[1].str() : "";
   }
 
-  const host::TemporaryFolder state_;
+  const host::TemporaryFolder state_, visuals_;
 };
 
 TEST_F(UpTest, TheNextRunBeginsWithTheLastTick) {

@@ -1,6 +1,6 @@
 // Page: puts the parts together, and draws a picture whenever the screen wants one.
 
-import { type JsonMessage, type PartitionMap, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
+import { type JsonMessage, type PartitionMap, type ShapeVisuals, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
 import { type LinkState } from './connection.ts';
 import { takeKey } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
@@ -87,7 +87,7 @@ export class Page implements SessionListener {
     const stage = h('div', { id: 'stage' }, this.canvas, this.labels.element, this.board.element, this.tools.element, this.detail.element, this.banner, this.toasts);
     root.append(bar, stage, this.room.element, this.time.element, this.list.element, this.right.element);
     try {
-      this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes, this.session.values);
+      this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes, this.session.values, (text) => this.answered(text, false));
     } catch (error) {
       if (!(error instanceof NoWebGl)) throw error;
       root.replaceChildren(h('main', { id: 'worlds' }, h('h1', {}, 'This browser does not draw in 3D'), h('p', {}, 'The page needs WebGL 2. Turn on hardware acceleration in the settings of the browser, or use a newer Firefox, Chrome or Safari. Without it: tessera top shows the figures in a terminal.')));
@@ -172,6 +172,10 @@ export class Page implements SessionListener {
     this.fitted = welcome.instance;
     this.tools.setPlaying(welcome.own_player > 0);
     this.tools.setProperties(welcome.properties.map(({ name }) => name));
+  }
+
+  visuals(visuals: ShapeVisuals[]): void {
+    this.view.visuals.add(visuals);
   }
 
   statics(message: BinaryMessage & { kind: Kind.statics }): void {
@@ -409,6 +413,7 @@ export class Page implements SessionListener {
             bodies: session.bodies.count,
             drawn: view.batches.drawn,
             statics: view.level.count,
+            visuals: view.visuals.drawn,
             regions: session.map?.regions.length ?? 0,
             frames: session.frames,
             owner_changes: session.bodies.owner_changes,

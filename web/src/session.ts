@@ -2,7 +2,7 @@
 
 import { Connection, type LinkState } from './connection.ts';
 import { keepRight, keptRight, type Right } from './right.ts';
-import { type Answer, type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type Welcome } from './protocol/messages.ts';
+import { type Answer, type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type ShapeVisuals, type Welcome } from './protocol/messages.ts';
 import type { ShapeTable } from './view/geometry.ts';
 import { Bodies, type BodyListener } from './world/bodies.ts';
 import { Playout } from './world/playout.ts';
@@ -17,6 +17,7 @@ const LOOKS_ELSEWHERE_M = 2;
 export interface SessionListener extends BodyListener {
   welcomed(welcome: Welcome): void;
   began(): void; // the picture begins anew: what was shown is void
+  visuals(visuals: ShapeVisuals[]): void;
   statics(message: BinaryMessage & { kind: Kind.statics }): void;
   mapped(map: PartitionMap): void;
   framed(): void;
@@ -169,6 +170,9 @@ export class Session {
         return;
       case Kind.shapes:
         for (const { number, shape } of message.shapes) this.shapes.set(number, shape);
+        return;
+      case Kind.visuals:
+        this.listener.visuals(message.visuals);
         return;
       case Kind.statics:
         this.listener.statics(message as BinaryMessage & { kind: Kind.statics });

@@ -9,8 +9,8 @@ import { extname, join, normalize } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { createGzip } from 'node:zlib';
 import { type WebSocket, WebSocketServer } from 'ws';
-import { encodeMap, encodeShapes, encodeStatics, encodeWelcome } from '../src/protocol/encode.ts';
-import { PROTOCOL } from '../src/protocol/messages.ts';
+import { encodeMap, encodeShapes, encodeStatics, encodeVisuals, encodeWelcome } from '../src/protocol/encode.ts';
+import { PROTOCOL, type ShapeVisuals } from '../src/protocol/messages.ts';
 import { FakeViewer } from './fake_viewer.ts';
 import { FakeWorld, HALF_M, fakeShapes, fakeStatics, largeLevel } from './fake_world.ts';
 
@@ -26,6 +26,8 @@ export interface FakeOptions {
   level?: number; // triangles of a level beyond its own
   token?: string; // orders need it
   key?: string; // or this
+  visuals?: ShapeVisuals[];
+  files?: Map<string, Buffer>; // mesh files, by hash
 }
 
 export class FakeGateway {
@@ -41,6 +43,7 @@ export class FakeGateway {
   constructor(options: FakeOptions) {
     this.options = options;
     this.world = new FakeWorld(options.bodies);
+    if (options.visuals) this.world.visuals = options.visuals;
     if (options.level) this.world.level = largeLevel(options.level);
     this.server = createServer((request, response) => this.serve(request, response));
     this.sockets = new WebSocketServer({ noServer: true, handleProtocols: () => PROTOCOL });
@@ -90,6 +93,12 @@ export class FakeGateway {
       return json({ worlds: [{ instance: INSTANCE, scene: 'plaza', state: 'RUNNING', regions: 4, players: this.world.players.size }] });
     }
     if (path === '/api/recordings') return json({ recordings: [{ file: 'plaza-1-20260101T000000.rec', instance: INSTANCE, bytes: 5400000, seconds: 60 }] });
+    if (path.startsWith('/visuals/')) {
+      const mesh = this.options.files?.get(path.slice(9, -4));
+      response.writeHead(mesh ? 200 : 404, { 'content-type': mesh ? 'model/gltf-binary' : 'text/plain' });
+      response.end(mesh ?? `--visuals has no file ${path.slice(9)}\n`);
+      return;
+    }
     const file = join(this.options.page, normalize(path === '/' ? '/index.html' : path));
     if (!existsSync(file)) {
       response.writeHead(404);
@@ -133,7 +142,7 @@ export class FakeGateway {
   }
 }
 
-export function greeting(own_body: string, own_player: number): Uint8Array[] {
+export function greeting(own_body: string, own_player: number, visuals: ShapeVisuals[]): Uint8Array[] {
   return [
     encodeWelcome({
       instance: INSTANCE,
@@ -146,6 +155,7 @@ export function greeting(own_body: string, own_player: number): Uint8Array[] {
       properties: [{ name: 'health', type: 1 }],
     }),
     encodeShapes(fakeShapes()),
+    ...(visuals.length > 0 ? [encodeVisuals(visuals)] : []),
     encodeStatics(fakeStatics()),
   ];
 }

@@ -70,7 +70,7 @@ export class FakeViewer {
     this.sent.clear();
     this.map_version = 0;
     const own = this.world.players.get(this.player)?.body.id ?? 0n;
-    for (const message of greeting(String(own), this.player)) this.socket.send(message);
+    for (const message of greeting(String(own), this.player, this.world.visuals)) this.socket.send(message);
     for (const message of this.world.level) this.socket.send(message);
   }
 

@@ -2,7 +2,7 @@
 // which one can die and come back. It is a picture of a world, not physics: spheres push each other apart and no more.
 
 import { encodeShapes, encodeStatics } from '../src/protocol/encode.ts';
-import { ASLEEP, type Shape, type StaticBody } from '../src/protocol/messages.ts';
+import { ASLEEP, type Shape, type ShapeVisuals, type StaticBody } from '../src/protocol/messages.ts';
 
 export const HALF_M = 60;
 const GRAVITY = 9.81;
@@ -46,6 +46,7 @@ export class FakeWorld {
   regions: FakeRegion[] = [1, 2, 3, 4].map((region) => ({ region, host: `host-${region}`, standby: (region % 4) + 1, alive: true }));
   events: { time: string; text: string }[] = [];
   players = new Map<number, { name: string; body: FakeBody; force: number[] }>();
+  visuals: ShapeVisuals[] = [];
   level: Uint8Array[] = []; // messages of a level beyond the fake one
   private dies_at = new Map<number, number>(); // region: tick at which its standby takes over
   private next_player = 1;

@@ -5,7 +5,7 @@
 //   await cluster.stop();
 
 import { type ChildProcess, execFile, spawn } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
@@ -13,7 +13,7 @@ import { createInterface } from 'node:readline';
 export class LocalCluster {
   page = ''; // the address that it printed
   control = '';
-  private readonly folder = mkdtempSync(join(tmpdir(), 'tessera-page-'));
+  readonly folder = mkdtempSync(join(tmpdir(), 'tessera-page-'));
   private readonly children: ChildProcess[] = [];
   private readonly bin: string;
 
@@ -23,7 +23,8 @@ export class LocalCluster {
 
   static async start(bin: string): Promise<LocalCluster> {
     const cluster = new LocalCluster(bin);
-    const line = await cluster.firstLine('tessera', '-o', 'json', 'up', '--socket', join(cluster.folder, 'control.sock'), '--state-dir', cluster.folder, '--page-listen', '127.0.0.1:0', '--metrics-listen', '127.0.0.1:0', '--capacity', '8');
+    mkdirSync(join(cluster.folder, 'visuals'));
+    const line = await cluster.firstLine('tessera', '-o', 'json', 'up', '--socket', join(cluster.folder, 'control.sock'), '--state-dir', cluster.folder, '--page-listen', '127.0.0.1:0', '--metrics-listen', '127.0.0.1:0', '--capacity', '8', '--visuals', join(cluster.folder, 'visuals'));
     const { page, control } = JSON.parse(line) as { page: string; control: string };
     cluster.page = page;
     cluster.control = control;

@@ -1,6 +1,7 @@
 // The page in a browser, against a real cluster of this build: TESSERA_BIN names its programs.
 
 import assert from 'node:assert/strict';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { type Complaints, launch, open } from '../testing/browser.ts';
@@ -152,6 +153,20 @@ test('a score and a match clock are on the page, and in its recording as they we
   await shows('3');
   assert.deepEqual(arena.complaints, { errors: [], foreign: [] });
   await arena.page.context().close();
+});
+
+test('a level that was imported is drawn by its own meshes', async () => {
+  const scene = join(cluster.folder, 'harbour.json'); // its meshes lie in `visuals` beside it, the gateway's folder
+  await cluster.tessera('scene', 'import', '../tests/fuzz/seeds/gltf_fuzz/harbour.glb', scene);
+  const made = await cluster.tessera('instance', 'create', '--scene', scene, '--regions', '2', '--wait');
+  const id = /inst-[0-9]+/.exec(made)![0];
+  const harbour = await open(browser, `${new URL(cluster.page).origin}/#${id}`, { size: SMALL });
+  await holds('tessera.counts.visuals === 2 && tessera.counts.statics === 2 && tessera.counts.bodies === 7', harbour.page);
+  const meshes = await harbour.page.evaluate(`tessera.view.level.group.children.filter((mesh) => mesh.geometry.hasAttribute('color')).length`);
+  assert.ok((meshes as number) > 0, 'the quay and the ramp have their own colours');
+  if (process.env['TESSERA_SHOT']) await harbour.page.screenshot({ path: process.env['TESSERA_SHOT'] });
+  assert.deepEqual(harbour.complaints, { errors: [], foreign: [] });
+  await harbour.page.context().close();
 });
 
 test('the page asked nobody else and complained of nothing', () => {

@@ -5,6 +5,7 @@ import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { type Complaints, launch, open } from '../testing/browser.ts';
 import { FakeGateway } from '../testing/fake_gateway.ts';
+import { makeGlb, pyramid, sha256Of } from '../testing/glb_file.ts';
 
 const BODIES = 300;
 const PILES = 420;
@@ -361,6 +362,82 @@ test('a level of 200 000 triangles is drawn in a few calls', async () => {
   assert.deepEqual(shown.complaints, { errors: [], foreign: [] });
   await shown.page.context().close();
   await large.close();
+});
+
+// A page of its own, of a world whose crates and ramp are drawn by the meshes of a file.
+async function openWithVisuals(of: FakeGateway): Promise<{ shown: Page; heard: Complaints; close: () => Promise<void> }> {
+  const at = await of.listen();
+  const { page: shown, complaints: heard } = await open(browser, `${at}/#plaza-1`, { size: SMALL });
+  await settled(shown);
+  return {
+    shown,
+    heard,
+    close: async () => {
+      await shown.context().close();
+      await of.close();
+    },
+  };
+}
+
+const CRATE = 1;
+const RAMP = 12;
+
+function withVisuals(files: Map<string, Buffer>, sha256: string): FakeGateway {
+  const mesh = (number: number, more = {}) => ({ sha256, mesh: number, position: [0, -0.5, 0], orientation: [0, 0, 0, 1], scale: [0.5, 0.5, 0.5], ...more });
+  const visuals = [{ shape: CRATE, meshes: [mesh(0)] }, { shape: RAMP, meshes: [mesh(1, { position: [0, 0, 0], scale: [8, 4, 5] })] }];
+  return new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true, visuals, files });
+}
+
+test('bodies and the level are drawn by the meshes that their shapes refer to', async () => {
+  const glb = makeGlb([pyramid(2, [0.9, 0.05, 0.05]), pyramid(1, [0.05, 0.9, 0.05])]);
+  const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
+  await shown.waitForFunction('tessera.counts.visuals === 2 && tessera.counts.statics === 9', undefined, WAIT);
+  const crates = (await value(`(() => {
+    const { session, view } = tessera;
+    const slots = [...session.bodies.order.subarray(0, session.bodies.count)].filter((slot) => session.bodies.shape[slot] === ${CRATE});
+    return { count: slots.length, geometries: new Set(slots.map((slot) => view.batches.geometryOf(slot).uuid)).size, corners: view.batches.geometryOf(slots[0]).index?.count ?? 0 };
+  })()`, shown)) as { count: number; geometries: number; corners: number };
+  assert.ok(crates.count > 100, `${crates.count} crates`);
+  assert.deepEqual([crates.geometries, crates.corners], [1, 18], 'all are instances of one pyramid');
+  // From above, the ramp's pyramid is green, and where a pile of crates is there is red in it.
+  await value('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])', shown);
+  const colour = (await value(`(() => {
+    const { page, view } = tessera;
+    page.picture();
+    const canvas = document.getElementById('world');
+    const gl = canvas.getContext('webgl2');
+    const place = view.project(22, 2, 7);
+    const out = new Uint8Array(4);
+    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
+    return [...out].slice(0, 3);
+  })()`, shown)) as [number, number, number];
+  assert.ok(colour[1] > 1.5 * colour[0] && colour[1] > 1.5 * colour[2], `green: ${colour.join()}`);
+  if (process.env['TESSERA_SHOT']) {
+    await value('tessera.view.rig.set([26, 9, 30], [30, 1, 12])', shown);
+    await shown.screenshot({ path: process.env['TESSERA_SHOT'] });
+  }
+  assert.equal(await shown.locator('#toasts .bad').count(), 0);
+  assert.deepEqual(heard, { errors: [], foreign: [] });
+  await close();
+});
+
+test('a mesh file that is missing, damaged or another one leaves the shapes, and the page says so once', async () => {
+  const glb = makeGlb([pyramid(2), pyramid(1)]);
+  const cut = glb.subarray(0, 100);
+  for (const [files, sha256, why] of [
+    [new Map<string, Buffer>(), sha256Of(glb), /--visuals has no file/],
+    [new Map([[sha256Of(cut), cut]]), sha256Of(cut), /it is cut short/],
+    [new Map([[sha256Of(glb), cut]]), sha256Of(glb), /what came has another hash/],
+  ] as const) {
+    const { shown, heard, close } = await openWithVisuals(withVisuals(files, sha256));
+    await shown.locator('#toasts .bad', { hasText: why }).waitFor(WAIT);
+    await shown.waitForFunction('tessera.counts.statics === 9', undefined, WAIT);
+    assert.equal(await shown.locator('#toasts .bad').count(), 1, 'said once');
+    assert.equal(await value('tessera.counts.visuals', shown), 0);
+    assert.equal(await value(`tessera.view.batches.geometryOf(tessera.session.bodies.find('1000000')).type`, shown), 'BoxGeometry');
+    assert.deepEqual(heard.foreign, []);
+    await close();
+  }
 });
 
 test('a browser without WebGL is told so', async () => {

@@ -3,7 +3,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { decode } from '../src/protocol/decode.ts';
-import { Writer, encodeFrame, encodeMap, encodeShapes, encodeStatics, encodeWelcome } from '../src/protocol/encode.ts';
+import { Writer, encodeFrame, encodeMap, encodeShapes, encodeStatics, encodeVisuals, encodeWelcome } from '../src/protocol/encode.ts';
 import { type BinaryMessage, type Frame, Kind, SPEED_UNITS, idHalves, idText } from '../src/protocol/messages.ts';
 import { packOrientation, unpackOrientation } from '../src/protocol/orientation.ts';
 import { ProtocolError, Reader } from '../src/protocol/reader.ts';
@@ -35,6 +35,15 @@ test('every shape of the scene format comes back as it was sent', () => {
   assert.deepEqual(message.shapes.map(({ shape }) => shape.kind), shapes.map(({ shape }) => shape.kind));
   assert.equal(new Set(shapes.map(({ shape }) => shape.kind)).size, 10);
   assert.deepEqual(message.shapes[5], shapes[5]);
+});
+
+test('visuals come back as they were sent, and a file is named by a hash alone', () => {
+  const mesh = { sha256: '0123456789abcdef'.repeat(4), mesh: 7, position: [1, -2, 0.5], orientation: [0, 0, 0, 1], scale: [-1, 2, 1] };
+  const visuals = [{ shape: 3, meshes: [mesh, { ...mesh, mesh: 0 }] }, { shape: 300, meshes: [mesh] }];
+  assert.deepEqual(decode(encodeVisuals(visuals)), { kind: Kind.visuals, visuals });
+  for (const sha256 of ['', '../secret', 'A'.repeat(64), 'a'.repeat(63)]) {
+    assert.throws(() => decode(encodeVisuals([{ shape: 1, meshes: [{ ...mesh, sha256 }] }])), ProtocolError);
+  }
 });
 
 test('statics and the map come back as they were sent', () => {
@@ -128,6 +137,7 @@ interface GoldenFrame {
   cells: { owner: number; area: number[] }[];
   shapes: { shape: number; kind: number }[];
   statics: { body: number; name: string; position: number[] }[];
+  visuals: { shape: number; meshes: { sha256: string; mesh: number; position: number[]; orientation: number[]; scale: number[] }[] }[];
   instance: string;
   own_body: number;
   bounds: number[];
@@ -141,6 +151,9 @@ function check(message: BinaryMessage, wanted: GoldenFrame): void {
       return;
     case Kind.shapes:
       assert.deepEqual(message.shapes.map(({ number, shape }) => [number, KINDS.indexOf(shape.kind)]), wanted.shapes.map(({ shape, kind }) => [shape, kind]));
+      return;
+    case Kind.visuals:
+      assert.deepEqual(message.visuals, wanted.visuals);
       return;
     case Kind.statics:
       assert.deepEqual(message.statics.map((one) => [one.body, one.name, one.position]), wanted.statics.map((one) => [String(one.body), one.name, one.position]));

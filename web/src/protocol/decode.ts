@@ -13,9 +13,12 @@ import {
   type Shape,
   type Shapes,
   SPEED_UNITS,
+  type ShapeVisuals,
   type Statics,
   TRIGGER,
   VERSION,
+  type VisualMesh,
+  type VisualsMessage,
   type Welcome,
   idText,
 } from './messages.ts';
@@ -40,6 +43,8 @@ function decodeBody(reader: Reader, kind: number): BinaryMessage {
       return partitionMap(reader);
     case Kind.frame:
       return frame(reader);
+    case Kind.visuals:
+      return visuals(reader);
     default:
       return reader.fail(`unknown kind of message ${kind}`);
   }
@@ -131,6 +136,23 @@ function field(reader: Reader): Shape {
   const spacing = reader.f32();
   if (columns < 2 || rows < 2 || 4 * columns * rows > reader.left) reader.fail(`height field of ${columns} x ${rows}`);
   return { kind: 'field', columns, rows, spacing, heights: reader.f32s(columns * rows) };
+}
+
+function visuals(reader: Reader): VisualsMessage {
+  const message: VisualsMessage = { kind: Kind.visuals, visuals: [] };
+  for (let left = reader.count(2); left > 0; --left) {
+    const visual: ShapeVisuals = { shape: reader.varint(), meshes: [] };
+    for (let meshes = reader.count(42); meshes > 0; --meshes) visual.meshes.push(visualMesh(reader));
+    message.visuals.push(visual);
+  }
+  return message;
+}
+
+function visualMesh(reader: Reader): VisualMesh {
+  const sha256 = reader.text();
+  // It becomes part of an address.
+  if (!/^[0-9a-f]{64}$/.test(sha256)) reader.fail('a mesh file whose name is no hash');
+  return { sha256, mesh: reader.varint(), position: [...reader.f32s(3)], orientation: [...reader.f32s(4)], scale: [...reader.f32s(3)] };
 }
 
 function statics(reader: Reader): Statics {

@@ -9,6 +9,7 @@ import {
   type PartitionMap,
   type Shape,
   type Shapes,
+  type ShapeVisuals,
   type StaticBody,
   SPEED_UNITS,
   VERSION,
@@ -135,6 +136,22 @@ export function encodeShapes(shapes: Shapes['shapes']): Uint8Array {
   for (const { number, shape } of shapes) {
     out.varint(number);
     putShape(out, shape);
+  }
+  return out.done();
+}
+
+export function encodeVisuals(visuals: ShapeVisuals[]): Uint8Array {
+  const out = new Writer();
+  out.u8(Kind.visuals);
+  out.varint(visuals.length);
+  for (const { shape, meshes } of visuals) {
+    out.varint(shape);
+    out.varint(meshes.length);
+    for (const { sha256, mesh, position, orientation, scale } of meshes) {
+      out.text(sha256);
+      out.varint(mesh);
+      out.f32(...position, ...orientation, ...scale);
+    }
   }
   return out.done();
 }

@@ -11,6 +11,7 @@ export const enum Kind {
   statics = 3,
   map = 4,
   frame = 5,
+  visuals = 6,
 }
 
 export interface Welcome {
@@ -38,6 +39,25 @@ export type Shape =
 export interface Shapes {
   kind: Kind.shapes;
   shapes: { number: number; shape: Shape }[];
+}
+
+// A mesh of a file, and where it is in the shape that it is drawn for.
+export interface VisualMesh {
+  sha256: string;
+  mesh: number;
+  position: number[];
+  orientation: number[];
+  scale: number[];
+}
+
+export interface ShapeVisuals {
+  shape: number;
+  meshes: VisualMesh[];
+}
+
+export interface VisualsMessage {
+  kind: Kind.visuals;
+  visuals: ShapeVisuals[];
 }
 
 export const TRIGGER = 1;
@@ -122,7 +142,7 @@ export interface ChangedBodies {
   speed: Float32Array; // m/s
 }
 
-export type BinaryMessage = Welcome | Shapes | Statics | PartitionMap | Frame;
+export type BinaryMessage = Welcome | Shapes | VisualsMessage | Statics | PartitionMap | Frame;
 
 export interface RegionStatus {
   region: number;

@@ -12,13 +12,15 @@ export function bakedSize(geometry: THREE.BufferGeometry): number {
   return geometry.getAttribute('position')?.count ?? 0;
 }
 
-// Positions and normals of all, in the world's frame, with one index.
+// Positions and normals of all, in the world's frame, with one index; colours where all have them.
 export function bake(placed: Placed[]): THREE.BufferGeometry {
   const vertices = placed.reduce((sum, { geometry }) => sum + bakedSize(geometry), 0);
   const corners = placed.reduce((sum, { geometry }) => sum + (geometry.index?.count ?? bakedSize(geometry)), 0);
   const positions = new Float32Array(3 * vertices);
   const normals = new Float32Array(3 * vertices);
   const index = new Uint32Array(corners);
+  const coloured = placed.every(({ geometry }) => geometry.hasAttribute('color'));
+  const colours = new Float32Array(coloured ? 3 * vertices : 0);
   let vertex = 0;
   let corner = 0;
   for (const { geometry, matrix } of placed) {
@@ -26,6 +28,7 @@ export function bake(placed: Placed[]): THREE.BufferGeometry {
     if (size === 0) continue;
     write(geometry.getAttribute('position').array, matrix, 1, positions, 3 * vertex);
     write(geometry.getAttribute('normal').array, matrix, 0, normals, 3 * vertex);
+    if (coloured) colours.set(geometry.getAttribute('color').array, 3 * vertex);
     const own = geometry.index?.array;
     const count = own?.length ?? size;
     for (let at = 0; at < count; ++at) index[corner + at] = vertex + (own ? own[at]! : at);
@@ -35,6 +38,7 @@ export function bake(placed: Placed[]): THREE.BufferGeometry {
   const baked = new THREE.BufferGeometry();
   baked.setAttribute('position', new THREE.BufferAttribute(positions, 3));
   baked.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
+  if (coloured) baked.setAttribute('color', new THREE.BufferAttribute(colours, 3));
   baked.setIndex(new THREE.BufferAttribute(index, 1));
   return baked;
 }

@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 import type { Bodies } from '../world/bodies.ts';
 import { type ShapeTable, makeGeometry } from './geometry.ts';
+import type { Visuals } from './visuals.ts';
 
 const FIRST_CAPACITY = 64;
 
@@ -25,7 +26,15 @@ export class Batches {
   private readonly solid = new THREE.MeshLambertMaterial();
   private readonly trigger = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.25, depthWrite: false });
 
-  constructor(bodies: Bodies, shapes: ShapeTable) {
+  // Bodies that are drawn by their own meshes: half of their colour is the mesh's, half says what the page is asked for.
+  private readonly drawnSolid = new THREE.MeshLambertMaterial({ vertexColors: true });
+  private readonly visuals: Pick<Visuals, 'geometryOf'>;
+
+  constructor(bodies: Bodies, shapes: ShapeTable, visuals: Pick<Visuals, 'geometryOf'>) {
+    this.visuals = visuals;
+    this.drawnSolid.onBeforeCompile = (shader) => {
+      shader.vertexShader = shader.vertexShader.replace('#include <color_vertex>', 'vColor = vec4(mix(color, instanceColor.rgb, 0.5), 1.0);');
+    };
     this.bodies = bodies;
     this.shapes = shapes;
   }
@@ -55,6 +64,18 @@ export class Batches {
     this.place[slot] = batch.slots.length;
     batch.slots.push(slot);
     batch.mesh.count = batch.slots.length;
+  }
+
+  // Shapes whose meshes have come, or will not.
+  redraw(shapes: number[]): void {
+    for (const shape of shapes) {
+      const batch = this.batches.get(`${shape}`);
+      const geometry = this.visuals.geometryOf(shape);
+      if (!batch || !geometry) continue;
+      batch.mesh.geometry.dispose();
+      batch.mesh.geometry = geometry;
+      batch.mesh.material = this.drawnSolid;
+    }
   }
 
   remove(slot: number): void {
@@ -169,11 +190,13 @@ export class Batches {
   }
 
   private make(shape: number, trigger: boolean): Batch {
-    const geometry = makeGeometry(this.shapes.get(shape)!, this.shapes, false);
+    const drawn = trigger ? null : this.visuals.geometryOf(shape);
+    const geometry = drawn ?? makeGeometry(this.shapes.get(shape)!, this.shapes, false);
     geometry.computeBoundingSphere();
     geometry.computeBoundingBox();
+    const solid = drawn ? this.drawnSolid : this.solid;
     const batch: Batch = {
-      mesh: new THREE.InstancedMesh(geometry, trigger ? this.trigger : this.solid, 0),
+      mesh: new THREE.InstancedMesh(geometry, trigger ? this.trigger : solid, 0),
       slots: [],
       matrices: new Float32Array(0),
       colours: new Float32Array(0),

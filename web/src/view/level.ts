@@ -2,13 +2,15 @@
 //
 // A level may have thousands of bodies. Those of one message are sorted by their shape: a shape that many of them have is
 // drawn as instances, and all others are baked together, so that the picture takes a few calls however many bodies there
-// are. The work is linear in what the messages hold, and what has been drawn once is not touched again.
+// are. The work is linear in what the messages hold, and what has been drawn once is not touched again: bodies that are
+// drawn by meshes of a file wait for it, and come when it has, or as their shapes when it will not.
 
 import * as THREE from 'three';
 import type { StaticBody } from '../protocol/messages.ts';
 import { type Placed, bake, bakedSize } from './bake.ts';
 import { type ShapeTable, makeGeometry } from './geometry.ts';
 import type { Territory, Theme } from './territory.ts';
+import type { Visuals } from './visuals.ts';
 
 const INSTANCED_FROM = 8; // bodies of one shape in a message
 const MOST_BAKED = 1 << 20; // vertices of a mesh: 28 MB
@@ -26,12 +28,16 @@ export class Level {
     opacity: 0.22,
     depthWrite: false,
   });
+  private readonly drawn: THREE.MeshLambertMaterial; // by its own meshes, in their colours
+  private readonly waiting = new Map<number, StaticBody[]>(); // by shape
+  private readonly visuals: Pick<Visuals, 'geometryOf' | 'waits'>;
   private readonly floor: THREE.Mesh;
   private has_plane = false;
   private lowest = Infinity;
   private bodies = 0;
 
-  constructor(territory: Pick<Territory, 'texture' | 'area'>) {
+  constructor(territory: Pick<Territory, 'texture' | 'area'>, visuals: Pick<Visuals, 'geometryOf' | 'waits'> = { geometryOf: () => null, waits: () => false }) {
+    this.visuals = visuals;
     this.uniforms = {
       territory: { value: territory.texture },
       area: { value: territory.area },
@@ -39,6 +45,7 @@ export class Level {
     };
     this.ground = this.material(1);
     this.solid = this.material(1.9);
+    this.drawn = this.material(1.9, true);
     this.floor = new THREE.Mesh(GROUND, this.ground);
     this.group.add(this.floor);
   }
@@ -47,9 +54,10 @@ export class Level {
     return this.bodies;
   }
 
-  // Colours what is lit by the picture of the territory, `bright` times as light as the ground.
-  private material(bright: number): THREE.MeshLambertMaterial {
-    const material = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide });
+  // Colours what is lit by the picture of the territory, `bright` times as light as the ground, under the vertices' own
+  // colours where they have some.
+  private material(bright: number, vertexColors = false): THREE.MeshLambertMaterial {
+    const material = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, vertexColors });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.uniforms);
       shader.vertexShader = shader.vertexShader
@@ -72,10 +80,13 @@ export class Level {
           '#include <color_fragment>',
           `vec2 place = (vWorld.xz - area.xy) * area.zw;
            vec2 within = step(vec2(0.0), place) * step(place, vec2(1.0));
-           diffuseColor.rgb = mix(outside, texture2D(territory, place).rgb, within.x * within.y) * ${bright.toFixed(2)};`,
+           diffuseColor.rgb = mix(outside, texture2D(territory, place).rgb, within.x * within.y) * ${bright.toFixed(2)};
+           #ifdef USE_COLOR
+             diffuseColor.rgb = mix(diffuseColor.rgb, vColor.rgb, 0.7);
+           #endif`,
         );
     };
-    material.customProgramCacheKey = () => `territory ${bright}`;
+    material.customProgramCacheKey = () => `territory ${bright} ${vertexColors}`;
     return material;
   }
 
@@ -88,6 +99,12 @@ export class Level {
     const groups = new Map<string, StaticBody[]>();
     for (const body of statics) {
       if (!shapes.has(body.shape)) continue;
+      if (!body.trigger && this.visuals.waits(body.shape)) {
+        const waiting = this.waiting.get(body.shape);
+        if (waiting) waiting.push(body);
+        else this.waiting.set(body.shape, [body]);
+        continue;
+      }
       const key = `${body.shape}${body.trigger ? ' trigger' : ''}`;
       const group = groups.get(key);
       if (group) group.push(body);
@@ -97,10 +114,11 @@ export class Level {
     for (const group of groups.values()) {
       const shape = shapes.get(group[0]!.shape)!;
       const many = group.length >= INSTANCED_FROM;
-      const geometry = makeGeometry(shape, shapes, !many);
+      const meshes = group[0]!.trigger ? null : this.visuals.geometryOf(group[0]!.shape);
+      const geometry = meshes ?? makeGeometry(shape, shapes, !many);
       const flat = shape.kind === 'plane' || shape.kind === 'field';
       if (shape.kind === 'plane') this.has_plane = true;
-      const material = group[0]!.trigger ? this.trigger : flat ? this.ground : this.solid;
+      const material = group[0]!.trigger ? this.trigger : meshes ? this.drawn : flat ? this.ground : this.solid;
       const placed = group.map((body) => ({ geometry, matrix: matrixOf(body) }));
       this.measure(geometry, placed);
       this.bodies += group.length;
@@ -110,6 +128,13 @@ export class Level {
     }
     for (const [material, placed] of baked) this.bake(material, placed);
     this.placeFloor();
+  }
+
+  // It is known how these shapes are drawn.
+  settle(numbers: number[], shapes: ShapeTable): void {
+    const bodies = numbers.flatMap((shape) => this.waiting.get(shape) ?? []);
+    for (const shape of numbers) this.waiting.delete(shape);
+    if (bodies.length > 0) this.add(bodies, shapes);
   }
 
   private bake(material: THREE.MeshLambertMaterial, placed: Placed[]): void {
@@ -129,7 +154,7 @@ export class Level {
 
   private show(mesh: THREE.Mesh, material: THREE.MeshLambertMaterial): void {
     mesh.receiveShadow = material !== this.trigger;
-    mesh.castShadow = material === this.solid;
+    mesh.castShadow = material === this.solid || material === this.drawn;
     mesh.matrixAutoUpdate = false;
     this.group.add(mesh);
   }
@@ -156,6 +181,7 @@ export class Level {
       child.geometry.dispose();
       if (child instanceof THREE.InstancedMesh) child.dispose();
     }
+    this.waiting.clear();
     this.has_plane = false;
     this.lowest = Infinity;
     this.bodies = 0;

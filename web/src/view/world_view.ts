@@ -12,6 +12,7 @@ import type { ShapeTable } from './geometry.ts';
 import { Level } from './level.ts';
 import { pick } from './picking.ts';
 import { Territory, type Theme } from './territory.ts';
+import { Visuals } from './visuals.ts';
 
 const FLASH_S = 0.7; // a body that changes its owner lights up for so long
 const DARK: Theme = { ground: '#1b212c', level: '#39445a', background: '#0c1017', ink: '#e8eefc' };
@@ -23,6 +24,7 @@ export class WorldView {
   readonly rig: CameraRig;
   readonly batches: Batches;
   readonly level: Level;
+  readonly visuals: Visuals;
   readonly contacts = new Contacts();
   readonly software: boolean;
   mode: ColourMode = 'region';
@@ -46,7 +48,7 @@ export class WorldView {
 
   private readonly values: Values;
 
-  constructor(canvas: HTMLCanvasElement, bodies: Bodies, shapes: ShapeTable, values: Values) {
+  constructor(canvas: HTMLCanvasElement, bodies: Bodies, shapes: ShapeTable, values: Values, problem: (text: string) => void) {
     this.values = values;
     this.bodies = bodies;
     this.shapes = shapes;
@@ -60,8 +62,13 @@ export class WorldView {
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.territory.setSharpness(this.software ? 1 : 8);
     this.rig = new CameraRig(canvas);
-    this.batches = new Batches(bodies, shapes);
-    this.level = new Level(this.territory);
+    const settled = (numbers: number[]) => {
+      this.batches.redraw(numbers);
+      this.level.settle(numbers, this.shapes);
+    };
+    this.visuals = new Visuals({ settled, problem });
+    this.batches = new Batches(bodies, shapes, this.visuals);
+    this.level = new Level(this.territory, this.visuals);
     this.outline = makeOutline();
     this.arrow = makeArrow();
     this.sun.shadow.mapSize.set(2048, 2048);
@@ -171,6 +178,7 @@ export class WorldView {
   clear(): void {
     this.batches.clear();
     this.level.clear();
+    this.visuals.clear();
     this.flashes.clear();
     this.contacts.clear();
     this.selected = this.own = -1;

@@ -1,0 +1,75 @@
+#include "gateway/visual_files.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+#include "core/world/sha256.h"
+#include "host/files.h"
+#include "spdlog/spdlog.h"
+
+namespace tessera::gateway {
+namespace {
+
+// Damaged files that are remembered; a folder of more is not looked after.
+constexpr std::size_t kMaxDamaged = 1000;
+
+VisualFiles::Answer ReadVisual(const std::string& folder, const std::string& sha256) {
+  const std::string name = absl::StrCat(sha256, ".glb");
+  auto bytes = host::ReadFile(absl::StrCat(folder, "/", name), kMaxVisualFile_bytes);
+  if (absl::IsNotFound(bytes.status())) return absl::NotFoundError(absl::StrCat("--visuals has no file ", name));
+  if (!bytes.ok()) return bytes.status();
+  if (Sha256Hex(*bytes) != sha256) return absl::DataLossError(absl::StrCat(name, " is damaged: it has another hash"));
+  return std::make_shared<const std::string>(*std::move(bytes));
+}
+
+}  // namespace
+
+VisualFiles::VisualFiles(std::string folder, std::function<void()> wake)
+    : folder_(std::move(folder)), background_(1, std::move(wake)) {}
+
+void VisualFiles::Ask(const std::string& sha256, Done done) {
+  if (folder_.empty()) return done(absl::NotFoundError("this gateway has no --visuals"));
+  if (const auto kept = kept_.find(sha256); kept != kept_.end()) {
+    kept->second.used = ++uses_;
+    return done(kept->second.file);
+  }
+  if (const auto damaged = damaged_.find(sha256); damaged != damaged_.end()) {
+    if (std::chrono::steady_clock::now() < damaged->second.until) return done(damaged->second.why);
+    damaged_.erase(damaged);
+  }
+  std::vector<Done>& waiting = asked_[sha256];
+  waiting.push_back(std::move(done));
+  if (waiting.size() > 1) return;
+  const bool begun = background_.Run([this, folder = folder_, sha256]() -> Background::Done {
+    Answer answer = ReadVisual(folder, sha256);
+    return [this, sha256, answer = std::move(answer)] { Take(sha256, answer); };
+  });
+  if (!begun) Take(sha256, absl::ResourceExhaustedError("too many files are asked for at once"));
+}
+
+void VisualFiles::Take(const std::string& sha256, const Answer& answer) {
+  if (answer.ok()) {
+    Keep(sha256, *answer);
+  } else if (absl::IsDataLoss(answer.status()) && damaged_.size() < kMaxDamaged) {
+    spdlog::warn("visual sha256={} problem={}", sha256, std::string(answer.status().message()));
+    damaged_[sha256] = {answer.status(), std::chrono::steady_clock::now() + kTryAgain};
+  }
+  const std::vector<Done> waiting = std::exchange(asked_[sha256], {});
+  asked_.erase(sha256);
+  for (const Done& done : waiting) done(answer);
+}
+
+void VisualFiles::Keep(const std::string& sha256, const File& file) {
+  kept_[sha256] = {file, ++uses_};
+  kept_bytes_ += file->size();
+  while (kept_bytes_ > kKept_bytes && kept_.size() > 1) {
+    const auto oldest = std::min_element(kept_.begin(), kept_.end(),
+                                         [](const auto& a, const auto& b) { return a.second.used < b.second.used; });
+    kept_bytes_ -= oldest->second.file->size();
+    kept_.erase(oldest);
+  }
+}
+
+}  // namespace tessera::gateway
