@@ -320,6 +320,26 @@ TEST_F(CApiTest, RecordsAndPlays) {
   EXPECT_EQ(playing, nullptr);
 }
 
+TEST(CApiShapeTest, TellsTheMeshesThatAShapeIsDrawnWith) {
+  Shape drawn{SphereShape{2}};
+  drawn.visuals = {
+      {.sha256 = std::string(64, 'a'), .mesh = 3, .pose = {{1, 2, 3}, {0, 0, 1, 0}}, .scale = {-1, 2, 0.5}},
+      {.sha256 = std::string(64, 'b'), .mesh = 0, .pose = {}}};
+  const auto* const handle = reinterpret_cast<const tessera_shape*>(&drawn);
+  tessera_visual_info info = TESSERA_VISUAL_INFO;
+  ASSERT_EQ(tessera_shape_visual(handle, 0, &info), TESSERA_OK);
+  EXPECT_EQ(info.sha256, std::string(64, 'a'));
+  EXPECT_EQ(info.mesh, 3u);
+  EXPECT_EQ(info.position[2], 3);
+  EXPECT_EQ(info.orientation[2], 1);
+  EXPECT_EQ(info.scale[0], -1);
+  ASSERT_EQ(tessera_shape_visual(handle, 1, &info), TESSERA_OK);
+  EXPECT_EQ(info.scale[0], 1);
+  EXPECT_EQ(tessera_shape_visual(handle, 2, &info), TESSERA_NOT_FOUND);
+  EXPECT_EQ(tessera_shape_visual(nullptr, 0, &info), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_shape_visual(handle, 0, nullptr), TESSERA_INVALID_ARGUMENT);
+}
+
 TEST_F(CApiTest, TellsTheSceneAndItsShapes) {
   tessera_scene_info scene = TESSERA_SCENE_INFO;
   ASSERT_EQ(tessera_get_scene(client, &scene), TESSERA_OK);

@@ -78,6 +78,9 @@ TEST_F(CApiTest, RefusesSizesThatWereNotSet) {
     tessera_shape_info shape = TESSERA_SHAPE_INFO;
     shape.size = size;
     refuses(tessera_get_shape(whole.shape, &shape), "info.size");
+    tessera_visual_info visual = TESSERA_VISUAL_INFO;
+    visual.size = size;
+    refuses(tessera_shape_visual(whole.shape, 0, &visual), "info.size");
     tessera_stats stats = TESSERA_STATS;
     stats.size = size;
     refuses(tessera_get_stats(client, &stats), "stats.size");

@@ -186,3 +186,19 @@ tessera_code tessera_shape_child(const tessera_shape* shape, size_t index, const
   if (orientation != nullptr) Put(found.pose.orientation, orientation);
   return TESSERA_OK;
 }
+
+tessera_code tessera_shape_visual(const tessera_shape* shape, size_t index, tessera_visual_info* out) {
+  if (shape == nullptr || out == nullptr) return Refuse("shape or info: is NULL");
+  if (!IsSize<tessera_visual_info>(out->size, "info.size")) return TESSERA_INVALID_ARGUMENT;
+  const std::vector<Visual>& visuals = ShapeOf(shape).visuals;
+  if (index >= visuals.size()) return Report(absl::NotFoundError("index: beyond the shape's visuals"));
+  const Visual& visual = visuals[index];
+  tessera_visual_info info = TESSERA_VISUAL_INFO;
+  info.mesh = visual.mesh;
+  info.sha256 = visual.sha256.c_str();
+  Put(visual.pose.position, info.position);
+  Put(visual.pose.orientation, info.orientation);
+  Put(visual.scale, info.scale);
+  GiveOut(info, out);
+  return TESSERA_OK;
+}

@@ -57,6 +57,8 @@ template <>
 inline constexpr std::size_t kLeastSize<tessera_shape_info> = offsetof(tessera_shape_info, vertices);
 template <>
 inline constexpr std::size_t kLeastSize<tessera_clock> = sizeof(tessera_clock);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_visual_info> = sizeof(tessera_visual_info);
 
 // Whether so many bytes are a T; if not, tessera_last_error names the argument.
 template <class T>

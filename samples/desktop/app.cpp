@@ -29,7 +29,7 @@ const char* NameOf(Screen screen) {
 
 }  // namespace
 
-App::App(const Options& options, Renderer& renderer) : renderer_(renderer) {
+App::App(const Options& options, Renderer& renderer) : renderer_(renderer), visuals_(options.visuals) {
   menu_.address = options.control;
   menu_.player_name = options.name;
   if (!options.instance.empty()) Join(options.instance);
@@ -102,7 +102,7 @@ void App::TakeJoined() {
     return;
   }
   client_.emplace(std::move(joined.client));
-  world_.emplace(renderer_, *client_);
+  world_.emplace(renderer_, visuals_, *client_);
   profiler_ = Profiler();
 }
 
@@ -164,6 +164,10 @@ void App::Play(double now_s, float seconds, int width, int height) {
     client_->Steer(hands_.Steer(client_->Scene()));
   }
   renderer_.Draw(world_->Look(*client_, hands_, seconds), width, height);
+  for (const std::string& problem : visuals_.TakeProblems()) {
+    std::fprintf(stderr, "tessera-desktop: %s\n", problem.c_str());
+    notice_ = problem;
+  }
   profiler_.Sample(now_s, *client_);
 }
 
@@ -196,7 +200,7 @@ void App::Frame(double now_s, float seconds, int width, int height) {
       back = ShowWaiting(screen_, instance_, nullptr) && client_.has_value();
       break;
     case Screen::kWorld:
-      ShowHud(client_->Scene(), instance_, client_->SpectatorView().has_value(), client_->Clock().paused != 0);
+      ShowHud(client_->Scene(), instance_, client_->SpectatorView().has_value(), client_->Clock().paused != 0, notice_);
       if (profiler_shown_) ShowProfiler(profiler_.shown());
       break;
     case Screen::kEnded:

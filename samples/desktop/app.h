@@ -17,6 +17,7 @@
 #include "renderer.h"
 #include "screens.h"
 #include "script.h"
+#include "visuals.h"
 #include "world.h"
 
 namespace desktop {
@@ -63,6 +64,8 @@ class App {
   double list_due_s_ = 0;
   std::future<Joining> joining_;
   std::optional<tessera::Client> client_;
+  Visuals visuals_;
+  std::string notice_;  // the newest thing that could not be drawn
   std::optional<World> world_;
   Profiler profiler_;
   Hands hands_;

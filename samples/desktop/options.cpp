@@ -7,7 +7,8 @@
 namespace desktop {
 
 const char kUsage[] =
-    "Usage: tessera-desktop [--control ADDRESS] [--instance ID] [--name NAME] [--size WxH] [--plain]\n"
+    "Usage: tessera-desktop [--control ADDRESS] [--instance ID] [--name NAME] [--size WxH] [--plain] [--visuals "
+    "FOLDER]\n"
     "\n"
     "Shows a world, and moves a player in it.\n"
     "\n"
@@ -16,6 +17,7 @@ const char kUsage[] =
     "  --name NAME           shown to others (default player)\n"
     "  --size WxH            of the window (default 1280x720)\n"
     "  --plain               no shadows and no smooth edges, for a machine without a graphics card\n"
+    "  --visuals FOLDER      with the meshes that tessera scene import wrote; without it shapes are drawn\n"
     "  --frames N            ends after so many frames\n"
     "  --screenshot FILE     writes the last of them as a PNG file\n"
     "  --script FILE         does what the file says; samples/desktop/script.h has the steps\n"
@@ -37,7 +39,7 @@ Options ParseOptions(int argc, char** argv) {
       continue;
     }
     const bool known = name == "--control" || name == "--instance" || name == "--name" || name == "--size" ||
-                       name == "--frames" || name == "--screenshot" || name == "--script";
+                       name == "--frames" || name == "--screenshot" || name == "--script" || name == "--visuals";
     if (!known) {
       options.error = "no option " + name;
     } else if (i + 1 == argc) {
@@ -49,6 +51,7 @@ Options ParseOptions(int argc, char** argv) {
       if (name == "--name") options.name = value;
       if (name == "--screenshot") options.screenshot = value;
       if (name == "--script") options.script = value;
+      if (name == "--visuals") options.visuals = value;
       char rest = 0;
       if (name == "--frames" &&
           (std::sscanf(value.c_str(), "%ld%c", &options.frames, &rest) != 1 || options.frames < 1)) {

@@ -296,7 +296,8 @@ void ShowProfiler(const Profile& profile) {
   ImGui::End();
 }
 
-void ShowHud(const tessera::SceneInfo& scene, const std::string& instance, bool spectating, bool paused) {
+void ShowHud(const tessera::SceneInfo& scene, const std::string& instance, bool spectating, bool paused,
+             const std::string& notice) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({12, 12}, ImGuiCond_Always);
   ImGui::Begin("place", nullptr, kPanel | ImGuiWindowFlags_NoInputs);
@@ -304,6 +305,7 @@ void ShowHud(const tessera::SceneInfo& scene, const std::string& instance, bool 
   ImGui::TextColored(kFaint, "%s", instance.c_str());
   if (paused) ImGui::TextColored(kStrong, "The world is paused");
   if (spectating) ImGui::TextColored(kStrong, "You are watching");
+  if (!notice.empty()) Wrapped(kTrouble, notice);
   ImGui::End();
   ImGui::SetNextWindowPos({size.x / 2, size.y - 12}, ImGuiCond_Always, {0.5F, 1});
   ImGui::Begin("keys", nullptr, kPanel | ImGuiWindowFlags_NoInputs);

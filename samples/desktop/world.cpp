@@ -13,6 +13,7 @@ constexpr Vec3 kOwnColour = {0.86F, 0.66F, 0.16F}, kGroundColour = {0.44F, 0.46F
                kWallColour = {0.62F, 0.60F, 0.56F};
 constexpr Vec3 kAsleepColour = {0.45F, 0.47F, 0.50F};
 constexpr float kAsleepShare = 0.45F;
+constexpr float kOwnerShare = 0.5F;  // in the colour of a body that has its own
 constexpr double kEyeAbove_m = 1.0;  // the camera looks at a point so far above the own body's middle
 constexpr float kFollow_s = 0.12F;   // the camera comes after it within about so long
 constexpr float kBehind_m = 30;      // bodies so far behind the eye cast no shadow into the picture
@@ -34,7 +35,8 @@ Vec3 ColourOf(std::uint32_t region) {
   return region == 0 ? Vec3{0.85F, 0.85F, 0.82F} : kColours[(region - 1) % kColours.size()];
 }
 
-World::World(Renderer& renderer, const tessera::Client& client) : renderer_(renderer), scene_(client.Scene()) {
+World::World(Renderer& renderer, Visuals& visuals, const tessera::Client& client)
+    : renderer_(renderer), visuals_(visuals), scene_(client.Scene()) {
   double extent = 0;
   for (std::size_t axis = 0; axis < 3; axis += 2) {
     extent = std::max(extent, scene_.bounds_max[axis] - scene_.bounds_min[axis]);
@@ -54,11 +56,15 @@ World::World(Renderer& renderer, const tessera::Client& client) : renderer_(rend
 const std::vector<World::Placed>& World::MeshesOf(const tessera_shape* shape) {
   const auto [found, is_new] = shapes_.try_emplace(shape);
   if (!is_new) return found->second;
+  for (const Painted& painted : visuals_.MeshesOf(tessera::SceneShape(shape).Visuals())) {
+    found->second.push_back({renderer_.Add(painted.mesh), {}, painted.colour});
+  }
+  if (!found->second.empty()) return found->second;
   for (const Part& part : PartsOf(shape)) {
     tessera::ShapeInfo info = TESSERA_SHAPE_INFO;
     if (tessera_get_shape(part.shape, &info) != TESSERA_OK) continue;
     const Mesh mesh = MeshOf(info, picture_.far_m);
-    if (!mesh.empty()) found->second.push_back({renderer_.Add(mesh), part});
+    if (!mesh.empty()) found->second.push_back({renderer_.Add(mesh), part, std::nullopt});
   }
   return found->second;
 }
@@ -72,6 +78,8 @@ const std::vector<World::Placed>* World::MeshesOf(const tessera::Client& client,
 }
 
 void World::Paint(const std::vector<Placed>& meshes, const double* position, const double* orientation, Copy as) {
+  const Vec3 wanted = as.colour;
+  const float ground = as.is_ground;
   const std::array<double, 4> turn = {orientation[0], orientation[1], orientation[2], orientation[3]};
   for (const Placed& placed : meshes) {
     const std::array<double, 3> offset = Rotate(turn, placed.part.position);
@@ -80,6 +88,9 @@ void World::Paint(const std::vector<Placed>& meshes, const double* position, con
                    static_cast<float>(position[1] + offset[1] - picture_.eye[1]),
                    static_cast<float>(position[2] + offset[2] - picture_.eye[2])};
     for (std::size_t i = 0; i < 4; ++i) as.orientation[i] = static_cast<float>(whole[i]);
+    // A wall has its own colour; of a body's half says whose it is.
+    as.colour = placed.colour ? Mix(*placed.colour, wanted, ground > 0 ? 0 : kOwnerShare) : wanted;
+    as.is_ground = placed.colour ? 0 : ground;
     picture_.copies[placed.mesh].push_back(as);
   }
 }

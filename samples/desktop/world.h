@@ -1,9 +1,11 @@
 // World: the scene and its bodies as a picture, seen from behind the own body.
 //
-//   World world(renderer, client);                       // once: meshes of the scene's shapes
+//   World world(renderer, visuals, client);              // once: meshes of the scene's shapes
 //   renderer.Draw(world.Look(client, hands), w, h);      // each frame
 //
-// Thread rule: the thread of the OpenGL context. The client outlives it.
+// A shape that refers to meshes of a file is drawn by them, in their colours, where the file can be had.
+//
+// Thread rule: the thread of the OpenGL context. The client and the visuals outlive it.
 #pragma once
 
 #include <array>
@@ -16,6 +18,7 @@
 #include "input.h"
 #include "renderer.h"
 #include "tessera/tessera.hpp"
+#include "visuals.h"
 
 namespace desktop {
 
@@ -24,7 +27,7 @@ Vec3 ColourOf(std::uint32_t region);
 
 class World {
  public:
-  World(Renderer& renderer, const tessera::Client& client);
+  World(Renderer& renderer, Visuals& visuals, const tessera::Client& client);
 
   const Picture& Look(tessera::Client& client, const Hands& hands, float seconds);
   // Where the own body was shown last; nothing while it is out of the world.
@@ -34,6 +37,7 @@ class World {
   struct Placed {
     std::size_t mesh = 0;
     Part part;
+    std::optional<Vec3> colour;  // its own, where a file has one
   };
   const std::vector<Placed>& MeshesOf(const tessera_shape* shape);
   const std::vector<Placed>* MeshesOf(const tessera::Client& client, std::uint64_t body);
@@ -48,6 +52,7 @@ class World {
   };
 
   Renderer& renderer_;
+  Visuals& visuals_;
   tessera::SceneInfo scene_;
   std::map<const tessera_shape*, std::vector<Placed>> shapes_;
   std::unordered_map<std::uint64_t, const std::vector<Placed>*> bodies_;

@@ -489,6 +489,20 @@ typedef struct tessera_shape_info {
 #define TESSERA_SHAPE_INFO \
   { sizeof(tessera_shape_info), 0, {0, 0, 0, 0}, NULL, 0, NULL, 0, 0, 0, 0, 0 }
 
+/* A mesh that is drawn in place of a shape by who has its file, as `tessera scene import` writes it. */
+typedef struct tessera_visual_info {
+  uint32_t size;
+  uint32_t mesh;      /* its place in the file's meshes */
+  const char* sha256; /* hash of the file (.glb), 64 lower-case hexadecimal digits; valid as long as the client */
+  double position[3]; /* m, in the shape's frame */
+  double orientation[4];
+  double scale[3]; /* along the mesh's own axes; negative: mirrored */
+} tessera_visual_info;
+#define TESSERA_VISUAL_INFO                                                    \
+  {                                                                            \
+    sizeof(tessera_visual_info), 0, NULL, {0, 0, 0}, {0, 0, 0, 1}, { 1, 1, 1 } \
+  }
+
 typedef struct tessera_body_info {
   uint32_t size;
   int32_t dynamic; /* 0: static; it never appears among the bodies, draw it from here */
@@ -535,6 +549,9 @@ TESSERA_API tessera_code tessera_get_shape(const tessera_shape* shape, tessera_s
  * doubles (x, y, z, w); each may be NULL. TESSERA_INVALID_ARGUMENT: no compound, or beyond that. */
 TESSERA_API tessera_code tessera_shape_child(const tessera_shape* shape, size_t index, const tessera_shape** child,
                                              double position[3], double orientation[4]);
+/* A mesh that a shape is drawn with, by its place from 0 on; all of them together are drawn in its place. The children
+ * of a compound have none. TESSERA_NOT_FOUND: beyond the last. TESSERA_INVALID_ARGUMENT: a NULL, or info.size. */
+TESSERA_API tessera_code tessera_shape_visual(const tessera_shape* shape, size_t index, tessera_visual_info* info);
 
 /* --- Statistics --------------------------------------------------------------------------------------------------- */
 

@@ -94,6 +94,7 @@ using Spawn = tessera_spawn;        // begins as TESSERA_SPAWN
 using BodyInfo = tessera_body_info;
 using SceneInfo = tessera_scene_info;
 using ShapeInfo = tessera_shape_info;
+using VisualInfo = tessera_visual_info;
 using Vector = std::array<float, 3>;
 
 // A shape of the scene; valid as long as its client.
@@ -112,6 +113,15 @@ class SceneShape {
   }
   // The parts of a compound; no other shape has any.
   std::vector<ShapeChild> Children() const;
+  // Meshes that are drawn in its place; most shapes have none.
+  std::vector<VisualInfo> Visuals() const {
+    std::vector<VisualInfo> visuals;
+    VisualInfo info = TESSERA_VISUAL_INFO;
+    while (handle_ != nullptr && tessera_shape_visual(handle_, visuals.size(), &info) == TESSERA_OK) {
+      visuals.push_back(info);
+    }
+    return visuals;
+  }
   const tessera_shape* get() const { return handle_; }
 
  private:

@@ -1,0 +1,56 @@
+// Visuals: the meshes that shapes are drawn with, out of binary glTF files that lie in a folder under their SHA-256, as
+// `tessera scene import` writes them.
+//
+//   Visuals visuals("visuals");
+//   const std::vector<Painted> meshes = visuals.MeshesOf(shape);   // empty: it is drawn as the shape that it is
+//   for (const std::string& problem : visuals.TakeProblems()) ...  // each once
+//
+// Thread rule: one thread. A file is read whole when it is first needed, and kept.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meshes.h"
+#include "tessera/tessera.hpp"
+#include "vectors.h"
+
+namespace desktop {
+
+// Triangles of one colour, in the shape's frame.
+struct Painted {
+  Mesh mesh;
+  Vec3 colour{1, 1, 1};
+};
+
+// A file that is larger is not read, and no more triangles are drawn of one.
+inline constexpr std::size_t kMaxVisualFile_bytes = std::size_t{64} << 20, kMaxVisualTriangles = 1'000'000;
+
+struct VisualFile;  // as it was read
+
+class Visuals {
+ public:
+  // `folder` may be empty: then every shape is drawn as it is, and nothing is said.
+  explicit Visuals(std::string folder);
+  ~Visuals();
+
+  // All meshes of these visuals, or none if one of them cannot be had.
+  std::vector<Painted> MeshesOf(const std::vector<tessera::VisualInfo>& visuals);
+  std::vector<std::string> TakeProblems() { return std::move(problems_); }
+
+ private:
+  const VisualFile* Open(const std::string& sha256);
+  void Complain(const std::string& text);
+
+  std::string folder_;
+  std::map<std::string, std::unique_ptr<VisualFile>> files_;  // by hash; null: it cannot be had
+  std::set<std::string> said_;
+  std::vector<std::string> problems_;
+};
+
+}  // namespace desktop
