@@ -13,6 +13,7 @@
 #include "cli/commands.h"
 #include "game_sdk/lua/limits.h"
 #include "game_sdk/lua/lua_module.h"
+#include "game_sdk/native/native_module.h"
 #include "game_sdk/testing/game_tests.h"
 #include "game_sdk/tools/check.h"
 #include "game_sdk/tools/new_game.h"
@@ -29,7 +30,7 @@ using local::CommandError;
 using local::OrThrow;
 
 struct GameOptions {
-  std::string name, file, game, scene;
+  std::string name, file, game, scene, movement;
   game::GameTestOptions test;
 };
 
@@ -127,7 +128,13 @@ void Test(const Globals& globals, const GameOptions& options) {
   using Clock = std::chrono::steady_clock;
   const std::string path = FileIn(options.file, "game_test.lua");
   const game::GameFile script = ReadGameFile(path);
-  const game::GameUnderTest tested{*game::LuaGameModule(), ReadGameFile(Beside(options.game, path, "game.lua")),
+  game::GameFile file = ReadGameFile(Beside(options.game, path, "game.lua"));
+  if (!options.movement.empty()) {
+    const auto library = game::NativeModule::LoadMovementFile(options.movement);
+    if (!library.ok()) throw CommandError(fmt::format("--movement {}", std::string(library.status().message())));
+    file.movement = (*library)->movement();
+  }
+  const game::GameUnderTest tested{*game::LuaGameModule(), std::move(file),
                                    local::LoadScene(Beside(options.scene, path, "scene.json")).scene};
   auto report = nlohmann::ordered_json::array();
   std::uint64_t ticks = 0, handovers = 0, deaths = 0;
@@ -181,6 +188,8 @@ void AddGameCommands(CLI::App& game, Globals& globals) {
   test->add_option("file", options->file, "File of the tests, or their folder")->default_str("game_test.lua");
   test->add_option("--game", options->game, "File of the game (default: game.lua beside the tests)");
   test->add_option("--scene", options->scene, "Scene file (default: scene.json beside the tests)");
+  test->add_option("--movement", options->movement,
+                   "Shared library with a movement for the game's players, which is trusted (default: none)");
   test->add_option("--regions", options->test.regions, "Number of regions, besides one")
       ->capture_default_str()
       ->check(CLI::Range(1, 64));

@@ -13,6 +13,8 @@
 
 #include "absl/status/status.h"
 
+struct tessera_movement;  // tessera/movement.h
+
 namespace tessera::game {
 
 // Bytes of a game file: what the Lua host takes. Every message that carries one is bounded by it.
@@ -23,6 +25,9 @@ inline constexpr std::size_t kMaxGameNameBytes = 64;
 struct GameFile {
   std::string name;  // as errors shall name it
   std::string bytes;
+  // A movement that was given beside the file, for a game that has none of its own: how players' inputs move bodies;
+  // null: as the scene says. It outlives all that is loaded of the file.
+  const tessera_movement* movement = nullptr;
 };
 
 // INVALID_ARGUMENT: "name: must be 1 to 64 bytes of UTF-8 without control characters", "content: is empty", "content:

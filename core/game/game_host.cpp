@@ -23,11 +23,11 @@ std::string TextOfError(const tessera_game_error& error) {
 
 // Modules that were built before there were movements have a shorter table.
 constexpr std::size_t kLeastModuleBytes = offsetof(tessera_game_module, movement);
-bool HasMovement(const tessera_game_module& module) {
-  return module.size >= kLeastModuleBytes + sizeof module.movement && module.movement != nullptr;
-}
-
 }  // namespace
+
+const tessera_movement* OwnMovement(const tessera_game_module& module) {
+  return module.size >= kLeastModuleBytes + sizeof module.movement ? module.movement : nullptr;
+}
 
 BodyId CarrierOf(const GameEvent& event, const GameWorld& world) {
   const BodyDef* const def = world.Find(event.self);
@@ -43,8 +43,13 @@ absl::StatusOr<std::unique_ptr<GameHost>> GameHost::Load(const tessera_game_modu
   }
   auto host =
       std::unique_ptr<GameHost>(new GameHost(module, std::move(file), std::move(scene), settings, seed, number));
-  if (HasMovement(module)) {
-    absl::StatusOr<GameMovement> movement = MovementIn(*host->scene_, *module.movement);
+  const tessera_movement* const own = OwnMovement(module);
+  if (own != nullptr && host->file_.movement != nullptr) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(host->file_.name, ": movement: the game has one of its own, and takes no other"));
+  }
+  if (const tessera_movement* const table = own != nullptr ? own : host->file_.movement; table != nullptr) {
+    absl::StatusOr<GameMovement> movement = MovementIn(*host->scene_, *table);
     if (!movement.ok()) {
       return absl::InvalidArgumentError(absl::StrCat(host->file_.name, ": ", movement.status().message()));
     }

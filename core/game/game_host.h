@@ -88,10 +88,13 @@ struct CallbackCost {
 // and so is in every region, the other one.
 BodyId CarrierOf(const GameEvent& event, const GameWorld& world);
 
+// The movement of the module's table; null without one.
+const tessera_movement* OwnMovement(const tessera_game_module& module);
+
 class GameHost {
  public:
-  // `module` outlives the host. INVALID_ARGUMENT: another version of the interface, or what the game says, in one line
-  // with file and line.
+  // `module` outlives the host. INVALID_ARGUMENT: another version of the interface, a movement that cannot be this
+  // scene's, or what the game says, in one line with file and line.
   static absl::StatusOr<std::unique_ptr<GameHost>> Load(const tessera_game_module& module, GameFile file,
                                                         std::shared_ptr<const Scene> scene, GameSettings settings = {},
                                                         std::uint64_t seed = 0, std::uint32_t number = 0);
@@ -130,7 +133,7 @@ class GameHost {
   using Inspection = absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)>;
   void Inspect(Tick tick, GameWorld& world, Inspection act) const;
 
-  // The module's own movement of players' bodies; null without one.
+  // How players' inputs move bodies: the module's own movement, or that beside the file; null without one.
   const GameMovement* movement() const { return movement_ ? &*movement_ : nullptr; }
   // It has moved this player's body in this tick, or failed to, and why. A player for whom it fails is named in one
   // line, and again only after kMovementSilence ticks without a failure.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -20,9 +21,15 @@
 namespace tessera::game {
 namespace {
 
-constexpr char kEntry[] = "tessera_game_module_1";
+constexpr char kEntry[] = "tessera_game_module_1", kMovementEntry[] = "tessera_movement_1";
 
-// A library of this process, by the game's name.
+// Valid functions of a library: those of a game, a movement, or both.
+struct Opened {
+  const tessera_game_module* functions = nullptr;  // null: it is no game
+  const tessera_movement* movement = nullptr;
+};
+
+// A library of this process, by its name.
 struct Library {
   std::shared_ptr<const NativeModule> module;
   const tessera_game_module* functions;
@@ -95,44 +102,66 @@ const tessera_movement* MovementOfModule(const tessera_game_module& functions) {
   return has ? functions.movement : nullptr;
 }
 
-// The library's functions.
-absl::StatusOr<const tessera_game_module*> Open(const std::string& path) {
+absl::Status CheckFunctions(const tessera_game_module* functions) {
+  if (functions == nullptr) return absl::FailedPreconditionError(absl::StrCat(kEntry, " returned nothing"));
+  if (functions->abi != TESSERA_GAME_ABI) {
+    return absl::FailedPreconditionError(absl::StrCat("is made for version ", functions->abi,
+                                                      " of the interface, and this is version ", TESSERA_GAME_ABI));
+  }
+  if (functions->size < offsetof(tessera_game_module, movement)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("has a table of ", functions->size, " bytes, of ", sizeof(tessera_game_module)));
+  }
+  return absl::OkStatus();
+}
+
+// All that the library has. A game's movement is in its table.
+absl::StatusOr<Opened> FunctionsOf(void* library) {
+  const auto entry = reinterpret_cast<tessera_game_module_1_function>(dlsym(library, kEntry));
+  const auto movement_entry = reinterpret_cast<tessera_movement_1_function>(dlsym(library, kMovementEntry));
+  Opened opened;
+  if (entry != nullptr) {
+    opened.functions = entry();
+    if (absl::Status status = CheckFunctions(opened.functions); !status.ok()) return status;
+    opened.movement = MovementOfModule(*opened.functions);
+  } else if (movement_entry != nullptr) {
+    opened.movement = movement_entry();
+    if (opened.movement == nullptr) {
+      return absl::FailedPreconditionError(absl::StrCat(kMovementEntry, " returned nothing"));
+    }
+  } else {
+    return absl::FailedPreconditionError(absl::StrCat("has no function ", kEntry));
+  }
+  if (opened.movement == nullptr) return opened;
+  const absl::Status status = CheckMovement(*opened.movement);
+  if (!status.ok()) return absl::FailedPreconditionError(status.message());
+  return opened;
+}
+
+absl::StatusOr<Opened> Open(const std::string& path) {
   void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) return absl::FailedPreconditionError(absl::StrCat("cannot be loaded: ", dlerror()));
-  const auto entry = reinterpret_cast<tessera_game_module_1_function>(dlsym(library, kEntry));
-  const tessera_game_module* const functions = entry == nullptr ? nullptr : entry();
-  absl::Status status;
-  if (entry == nullptr) {
-    status = absl::FailedPreconditionError(absl::StrCat("has no function ", kEntry));
-  } else if (functions == nullptr) {
-    status = absl::FailedPreconditionError(absl::StrCat(kEntry, " returned nothing"));
-  } else if (functions->abi != TESSERA_GAME_ABI) {
-    status = absl::FailedPreconditionError(absl::StrCat("is made for version ", functions->abi,
-                                                        " of the interface, and this is version ", TESSERA_GAME_ABI));
-  } else if (functions->size < offsetof(tessera_game_module, movement)) {
-    status = absl::FailedPreconditionError(
-        absl::StrCat("has a table of ", functions->size, " bytes, of ", sizeof(tessera_game_module)));
-  } else if (const tessera_movement* movement = MovementOfModule(*functions); movement != nullptr) {
-    status = CheckMovement(*movement);
-    if (!status.ok()) status = absl::FailedPreconditionError(status.message());
-  }
-  if (status.ok()) return functions;
-  dlclose(library);
-  return status;
+  absl::StatusOr<Opened> opened = FunctionsOf(library);
+  if (!opened.ok()) dlclose(library);
+  return opened;
+}
+
+absl::Status Lacks(const NativeModule& module, absl::string_view what) {
+  return absl::FailedPreconditionError(absl::StrCat("game module ", module.name(), ": ", what));
 }
 
 }  // namespace
 
-NativeModule::NativeModule(std::string name, std::string hash, const tessera_movement* movement)
+NativeModule::NativeModule(std::string name, std::string hash, bool is_game, const tessera_movement* movement)
     : name_(std::move(name)),
       hash_(std::move(hash)),
       movement_(movement),
       watched_{sizeof(tessera_game_module),
                TESSERA_GAME_ABI,
-               LoadNative,
-               UnloadNative,
-               HandlesNative,
-               RunNative,
+               is_game ? LoadNative : nullptr,
+               is_game ? UnloadNative : nullptr,
+               is_game ? HandlesNative : nullptr,
+               is_game ? RunNative : nullptr,
                movement == nullptr ? nullptr : &watched_movement_} {
   if (movement == nullptr) return;
   watched_movement_ = *movement;
@@ -149,8 +178,27 @@ int NativeModule::MoveNative(const tessera_movement_tick* tick, void* state, tes
   return native.movement_->move(&own, state, push);
 }
 
-absl::StatusOr<std::shared_ptr<const NativeModule>> NativeModule::Load(const std::string& folder, std::string_view name,
-                                                                       std::string_view hash) {
+NativeModule::Loaded NativeModule::Load(const std::string& folder, std::string_view name, std::string_view hash) {
+  Loaded loaded = LoadAny(folder, name, hash);
+  if (loaded.ok() && !(*loaded)->is_game()) return Lacks(**loaded, "has a movement alone, and is no game");
+  return loaded;
+}
+
+NativeModule::Loaded NativeModule::LoadMovement(const std::string& folder, std::string_view name,
+                                                std::string_view hash) {
+  Loaded loaded = LoadAny(folder, name, hash);
+  if (loaded.ok() && (*loaded)->movement() == nullptr) return Lacks(**loaded, "has no movement");
+  return loaded;
+}
+
+NativeModule::Loaded NativeModule::LoadMovementFile(const std::string& path) {
+  const std::filesystem::path file = path;
+  if (file.extension() != ".so") return absl::InvalidArgumentError(absl::StrCat(path, ": is no .so"));
+  const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
+  return LoadMovement(folder, file.stem().string());
+}
+
+NativeModule::Loaded NativeModule::LoadAny(const std::string& folder, std::string_view name, std::string_view hash) {
   if (absl::Status status = CheckModuleName(name); !status.ok()) return status;
   const absl::string_view shown(name.data(), name.size());
   const std::string path = absl::StrCat(folder, "/", shown, ".so");
@@ -169,17 +217,17 @@ absl::StatusOr<std::shared_ptr<const NativeModule>> NativeModule::Load(const std
   }
   InstallCrashNote();
   const std::string owned(name);
-  absl::StatusOr<const tessera_game_module*> functions = absl::InternalError("");
+  absl::StatusOr<Opened> opened = absl::InternalError("");
   {
     const CrashNote note(owned.c_str(), nullptr, nullptr);
-    functions = Open(path);
+    opened = Open(path);
   }
-  if (!functions.ok()) {
-    return absl::Status(functions.status().code(),
-                        absl::StrCat("game module ", shown, ": ", functions.status().message()));
+  if (!opened.ok()) {
+    return absl::Status(opened.status().code(), absl::StrCat("game module ", shown, ": ", opened.status().message()));
   }
-  std::shared_ptr<const NativeModule> module(new NativeModule(owned, std::move(build), MovementOfModule(**functions)));
-  Libraries().emplace(owned, Library{module, *functions});
+  std::shared_ptr<const NativeModule> module(
+      new NativeModule(owned, std::move(build), opened->functions != nullptr, opened->movement));
+  Libraries().emplace(owned, Library{module, opened->functions});
   return module;
 }
 

@@ -93,6 +93,41 @@ TEST(NativeModuleLoadTest, AModulesMovementComesWithIt) {
   EXPECT_EQ(host.status().message(), "car: movement car: the scene has no player");
 }
 
+TEST(NativeModuleLoadTest, AMovementAloneIsLoadedForAGameInLuaAndIsNoGame) {
+  const auto alone = NativeModule::LoadMovement(kModules, "car_alone");
+  ASSERT_TRUE(alone.ok()) << alone.status();
+  EXPECT_FALSE((*alone)->is_game());
+  ASSERT_NE((*alone)->movement(), nullptr);
+  EXPECT_STREQ((*alone)->movement()->name, "car");
+  EXPECT_EQ(RefusalOf("car_alone"), "game module car_alone: has a movement alone, and is no game");
+  // A game's own does as well.
+  const auto car = NativeModule::LoadMovementFile(std::string(kModules) + "/car.so");
+  ASSERT_TRUE(car.ok()) << car.status();
+  EXPECT_TRUE((*car)->is_game());
+  EXPECT_STREQ((*car)->movement()->name, "car");
+}
+
+TEST(NativeModuleLoadTest, WhatHasNoMovementOrABadOneIsNoMovement) {
+  const auto refusal = [](const char* file) {
+    return std::string(NativeModule::LoadMovementFile(file).status().message());
+  };
+  const std::string folder = kModules;
+  EXPECT_EQ(refusal((folder + "/fails.so").c_str()), "game module fails: has no movement");
+  EXPECT_EQ(refusal((folder + "/no_entry.so").c_str()), "game module no_entry: has no function tessera_game_module_1");
+  EXPECT_EQ(refusal((folder + "/bad_movement_alone.so").c_str()),
+            "game module bad_movement_alone: movement hover: state_bytes: 65 are more than 64");
+  EXPECT_THAT(refusal((folder + "/absent.so").c_str()), HasSubstr("absent.so cannot be read"));
+  EXPECT_EQ(refusal("car.lua"), "car.lua: is no .so");
+}
+
+// A game has one movement: that of its module, or the one beside its file.
+TEST(NativeModuleLoadTest, AGameWithAMovementTakesNoOther) {
+  const auto car = NativeModule::Load(kModules, "car");
+  ASSERT_TRUE(car.ok()) << car.status();
+  const auto host = GameHost::Load((*car)->module(), {"car", "", (*car)->movement()}, FakeGameWorld().shared_scene());
+  EXPECT_EQ(host.status().message(), "car: movement: the game has one of its own, and takes no other");
+}
+
 TEST(NativeModuleLoadTest, AnotherBuildIsRefusedAndTheSameOneIsNot) {
   const std::string other(64, 'a');
   EXPECT_THAT(RefusalOf("fails", other), HasSubstr("and the world runs build aaaaaaaaaaaa"));

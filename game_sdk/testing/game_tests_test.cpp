@@ -3,8 +3,12 @@
 
 #include <gmock/gmock.h>
 
+#include <fstream>
+#include <sstream>
+
 #include "core/world/scene_load.h"
 #include "game_sdk/api/api.h"
+#include "game_sdk/examples/car/car_movement.h"
 #include "game_sdk/lua/lua_module.h"
 #include "game_sdk/tools/new_game.h"
 
@@ -310,6 +314,90 @@ TEST_F(GameTestsTest, AGameThatFreshStatesChangeFails) {
       results[0].failures[0].text,
       "game: fresh Lua states change the game from tick 2 on; at the end body 3: score is 3, with fresh states 1");
   EXPECT_THAT(results[0].failures[0].conditions, ElementsAre("4 regions, fresh states"));
+}
+
+// A game in Lua whose players drive: the movement comes beside the file, and goes along with the car from region to
+// region and through deaths.
+class DrivingTest : public GameTestsTest {
+ protected:
+  void Drive(const std::string& statements, const tessera_movement* movement) {
+    const std::string path = TESSERA_SOURCE_DIR "/game_sdk/examples/car/scene.textproto";
+    std::ifstream file(path);
+    std::ostringstream text;
+    text << file.rdbuf();
+    const auto scene = LoadScene(SceneForm::kText, text.str(), path);
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    const GameFile script{"drive_test.lua", "test('it drives', function(t)\n" + statements + "\nend)"};
+    const GameFile game{"drive.lua", "function on_tick() end", movement};
+    failed = RunGameTests({*LuaGameModule(), game, scene->scene}, script, {},
+                          [&](const GameTestResult& result) { results.push_back(result); });
+  }
+};
+
+constexpr char kThereAndBrake[] = R"(
+  local car = t:join()
+  t:step(90)
+  t:expect_near(car:position().y, 0.9, 0.5, 'it stands on its springs')
+  local from = car:position()
+  for _ = 1, 240 do
+    t:steer(car, { forward = 1, right = 0.3 })
+    t:step()
+  end
+  t:expect((car:position() - from):length() > 10, 'the car has not moved')
+  for _ = 1, 300 do
+    t:steer(car, { buttons = 1 })
+    t:step()
+  end
+  t:expect(car:velocity():length() < 0.1, 'the car has not stopped'))";
+
+TEST_F(DrivingTest, AGameInLuaHasTheMovementBesideIt) {
+  Drive(kThereAndBrake, &car_movement);
+  ASSERT_TRUE(failed.ok()) << failed.status();
+  ASSERT_THAT(results, SizeIs(1));
+  for (const GameTestFailure& failure : results[0].failures) ADD_FAILURE() << failure.text << failure.conditions[0];
+  EXPECT_GT(results[0].handovers, 0U);
+  EXPECT_GT(results[0].deaths, 0U);
+}
+
+TEST_F(DrivingTest, WithoutTheMovementNobodyDrives) {
+  Drive(kThereAndBrake, nullptr);
+  ASSERT_TRUE(failed.ok()) << failed.status();
+  std::size_t conditions = 0;
+  for (const GameTestFailure& failure : results[0].failures) {
+    EXPECT_THAT(failure.text, HasSubstr("it stands on its springs"));
+    conditions += failure.conditions.size();
+  }
+  EXPECT_EQ(conditions, 4U) << "it is so however many regions there are";
+}
+
+TEST_F(DrivingTest, AMovementThatFailsFailsTheTest) {
+  tessera_movement broken = car_movement;
+  broken.move = [](const tessera_movement_tick*, void*, tessera_movement_push*) { return 4; };
+  Drive("local car = t:join() t:step(30)", &broken);
+  ASSERT_TRUE(failed.ok()) << failed.status();
+  ASSERT_THAT(results[0].failures, ::testing::Not(IsEmpty()));
+  EXPECT_THAT(results[0].failures[0].text, HasSubstr("player 1 is not moved: movement car: returned 4"));
+}
+
+TEST_F(DrivingTest, AMovementThatTheSceneHasNoUseForIsRefused) {
+  tessera_movement boat = car_movement;
+  boat.kind = "boat";
+  Drive("t:step()", &boat);
+  EXPECT_EQ(failed.status().message(), "drive.lua: movement car: kind: the scene has no kind \"boat\"");
+}
+
+TEST_F(DrivingTest, SteeringThatCannotBeIsNamed) {
+  const auto why = [this](const std::string& steering) {
+    results.clear();
+    Drive("local car = t:join() t:step(2) t:steer(car, " + steering + ")", &car_movement);
+    return results.empty() || results[0].failures.empty() ? "" : results[0].failures[0].text;
+  };
+  EXPECT_EQ(why("{ right = 3, forward = 4, yaw = 7, pitch = -2, buttons = 5 }"), "") << "as a client would send it";
+  EXPECT_THAT(why("{ left = 1 }"),
+              HasSubstr("steer: takes right, forward, yaw, pitch (numbers) and buttons (bits), got `left`"));
+  EXPECT_THAT(why("{ forward = 0/0 }"), HasSubstr("steer: `forward` must be a finite number, got "));
+  EXPECT_THAT(why("{ yaw = '1' }"), HasSubstr("steer: `yaw` must be a finite number, got "));
+  EXPECT_THAT(why("{ buttons = -1 }"), HasSubstr("got `buttons`"));
 }
 
 TEST_F(GameTestsTest, OneRegionIsEnough) {

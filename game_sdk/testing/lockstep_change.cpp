@@ -189,16 +189,13 @@ const std::string* LockstepWorld::EndedBecause(PlayerNumber player) const {
   return ended == ended_.end() ? nullptr : &ended->second;
 }
 
-absl::Status LockstepWorld::Input(PlayerNumber player, Vec3f force_n, Vec3f torque_nm) {
+absl::Status LockstepWorld::Input(PlayerNumber player, PlayerInput input) {
   const auto owner = regions_.find(OwnerOf(PlayerBodyId(player)));
   if (owner == regions_.end()) return absl::NotFoundError(absl::StrCat("player ", player.value(), " has no body"));
-  PlayerInput input;
   input.number = ++inputs_[player];
   input.player = player;
   input.body = PlayerBodyId(player);
-  input.force_n = force_n;
-  input.torque_nm = torque_nm;
-  return owner->second.region->QueueInput(input);
+  return owner->second.region->QueueInput(AsSent(input));
 }
 
 }  // namespace tessera::game

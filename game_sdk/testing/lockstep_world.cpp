@@ -35,6 +35,12 @@ std::optional<BodyId> BodyOfCall(const Function& function, std::span<const tesse
   return PlayerBodyId(PlayerNumber(static_cast<std::uint32_t>(id)));
 }
 
+// A watched module has no movement, so that the inner one's comes with the file.
+GameFile WithMovementOf(const tessera_game_module& module, GameFile game) {
+  if (game.movement == nullptr) game.movement = OwnMovement(module);
+  return game;
+}
+
 bool Succeeds(const tessera_game_host& host, tessera_game_call* call, std::uint32_t function,
               std::span<const tessera_game_value> arguments, tessera_game_value& result) {
   result = {};
@@ -53,7 +59,11 @@ absl::StatusOr<std::unique_ptr<LockstepWorld>> LockstepWorld::Create(const tesse
 
 LockstepWorld::LockstepWorld(const tessera_game_module& module, GameFile game, std::shared_ptr<const Scene> scene,
                              const LockstepOptions& options)
-    : module_(module), game_(std::move(game)), scene_(std::move(scene)), options_(options), random_(options.seed) {}
+    : module_(module),
+      game_(WithMovementOf(module, std::move(game))),
+      scene_(std::move(scene)),
+      options_(options),
+      random_(options.seed) {}
 
 LockstepWorld::~LockstepWorld() = default;
 

@@ -86,7 +86,9 @@ class LockstepWorld : private Watcher {
   std::vector<Event> TakeEvents(PlayerNumber player);
   // Why the game refused or kicked the player; nullptr if it did not. Who is sent away leaves by itself.
   const std::string* EndedBecause(PlayerNumber player) const;
-  absl::Status Input(PlayerNumber player, Vec3f force_n, Vec3f torque_nm);
+  // An input for one tick, as the player's client would send it: a move vector that is longer than 1 counts as one of
+  // length 1. Its number, player and body are filled in here. NOT_FOUND: the player has no body.
+  absl::Status Input(PlayerNumber player, PlayerInput input);
 
   const Scene& scene() const { return *scene_; }
   Tick tick() const;

@@ -233,6 +233,42 @@ int TestInput(lua_State* L) {
   return 0;
 }
 
+// A number that a float can hold.
+float SteeringAt(lua_State* L, int index, const char* key) {
+  const auto value = static_cast<float>(lua_tonumber(L, index));
+  if (lua_type(L, index) != LUA_TNUMBER || !std::isfinite(value)) {
+    Raise(L, "steer: `%s` must be a finite number, got %s", key, ValueName(L, index));
+  }
+  return value;
+}
+
+// steer(player, { right = r, forward = f, yaw = y, pitch = p, buttons = b })
+int TestSteer(lua_State* L) {
+  ScriptWorld& world = WorldOf(L);
+  const BodyId body = PlayerAt(L, 2, "steer");
+  luaL_checktype(L, 3, LUA_TTABLE);
+  PlayerInput steering;
+  for (lua_pushnil(L); lua_next(L, 3) != 0; lua_pop(L, 1)) {
+    const char* const key = lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : "";
+    if (std::strcmp(key, "right") == 0) {
+      steering.move.x = SteeringAt(L, -1, key);
+    } else if (std::strcmp(key, "forward") == 0) {
+      steering.move.y = SteeringAt(L, -1, key);
+    } else if (std::strcmp(key, "yaw") == 0) {
+      steering.yaw_rad = SteeringAt(L, -1, key);
+    } else if (std::strcmp(key, "pitch") == 0) {
+      steering.pitch_rad = SteeringAt(L, -1, key);
+    } else if (std::strcmp(key, "buttons") == 0 && lua_isinteger(L, -1) != 0 && lua_tointeger(L, -1) >= 0 &&
+               lua_tointeger(L, -1) <= lua_Integer{UINT32_MAX}) {
+      steering.buttons = static_cast<std::uint32_t>(lua_tointeger(L, -1));
+    } else {
+      Raise(L, "steer: takes right, forward, yaw, pitch (numbers) and buttons (bits), got `%.60s`", key);
+    }
+  }
+  Require(L, world.Steer(body, steering), world);
+  return 0;
+}
+
 void PushList(lua_State* L, const std::vector<std::string>& texts) {
   lua_newtable(L);
   lua_Integer place = 0;
@@ -319,6 +355,7 @@ constexpr luaL_Reg kTestFunctions[] = {{"step", TestStep},
                                        {"events", TestEvents},
                                        {"ended", TestEnded},
                                        {"input", TestInput},
+                                       {"steer", TestSteer},
                                        {"lines", TestLines},
                                        {"errors", TestErrors},
                                        {"allow_errors", TestAllowErrors},

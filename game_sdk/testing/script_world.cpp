@@ -95,7 +95,15 @@ bool ScriptWorld::Leave(BodyId body) {
 
 bool ScriptWorld::Input(BodyId body, const double* force_n, const double* torque_nm) {
   if (!IsPlayerBody(body)) return Refuse(absl::StrCat("input: body ", body.value(), " is no player's"));
-  return Note(world_->Input(PlayerOf(body), ToFloats(force_n), torque_nm == nullptr ? Vec3f() : ToFloats(torque_nm)));
+  PlayerInput input;
+  input.force_n = ToFloats(force_n);
+  if (torque_nm != nullptr) input.torque_nm = ToFloats(torque_nm);
+  return Note(world_->Input(PlayerOf(body), input));
+}
+
+bool ScriptWorld::Steer(BodyId body, const PlayerInput& steering) {
+  if (!IsPlayerBody(body)) return Refuse(absl::StrCat("steer: body ", body.value(), " is no player's"));
+  return Note(world_->Input(PlayerOf(body), steering));
 }
 
 bool ScriptWorld::FindBody(BodyId body) {

@@ -40,6 +40,8 @@ class ScriptWorld {
   const std::string* EndedBecause(BodyId body) const;
   bool Leave(BodyId body);
   bool Input(BodyId body, const double* force_n, const double* torque_nm);
+  // `steering`: everything but force and torque.
+  bool Steer(BodyId body, const PlayerInput& steering);
   bool FindBody(BodyId body);
   bool FindBody(std::string_view name, BodyId& body);
   // The bodies of a kind, or all where it is nullptr, ascending; valid until the next call. Fails for a kind that the

@@ -5,8 +5,13 @@
  *   static int Move(const tessera_movement_tick* tick, void* state, tessera_movement_push* push);
  *   const tessera_movement car = {sizeof car, TESSERA_MOVEMENT_ABI, "car", 1, sizeof(CarState), "car", Move, NULL};
  *
- * A worker gets it with the module of a game (tessera_game_module::movement), a client by tessera_set_movement. Both
- * have to have the same: a client goes by it only where its name, version and state_bytes are the world's.
+ * A worker gets it with the module of a game (tessera_game_module::movement). The tests of a game in Lua get it so, or
+ * in a library of its own, whose one source file says
+ *
+ *   TESSERA_MOVEMENT_MODULE(&car)
+ *
+ * A client gets it by tessera_set_movement. Both have to have the same: a client goes by it only where its name,
+ * version and state_bytes are the world's.
  *
  * It is called once a tick for each player whose inputs move a body of its kind, and the push acts in the next step. It
  * is not called for a body that is asleep while no move and no button is asked; a push other than 0 keeps a body awake.
@@ -99,8 +104,21 @@ typedef struct tessera_movement {
   const void* user; /* given to it in `tick`; nothing that changes. May be NULL */
 } tessera_movement;
 
+/* A library with a movement and no game exports this function, under this name. The table is valid for ever. */
+typedef const tessera_movement* (*tessera_movement_1_function)(void);
+
 #ifdef __cplusplus
 }
+#define TESSERA_MOVEMENT_LINKAGE extern "C"
+#else
+#define TESSERA_MOVEMENT_LINKAGE
 #endif
+
+/* Stands once in a source file of such a library, after the table, without a semicolon. */
+#define TESSERA_MOVEMENT_MODULE(table)                                                                               \
+  TESSERA_MOVEMENT_LINKAGE __attribute__((visibility("default"))) const tessera_movement* tessera_movement_1(void);  \
+  TESSERA_MOVEMENT_LINKAGE __attribute__((visibility("default"))) const tessera_movement* tessera_movement_1(void) { \
+    return table;                                                                                                    \
+  }
 
 #endif

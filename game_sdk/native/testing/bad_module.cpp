@@ -16,6 +16,13 @@ extern "C" __attribute__((visibility("default"))) const tessera_game_module* tes
   return &module;
 }
 
+#elif defined(BAD_MODULE_MOVEMENT_ALONE)
+
+static const tessera_movement hover = {
+    sizeof hover, TESSERA_MOVEMENT_ABI, "hover", 1, TESSERA_MAX_MOVEMENT_STATE + 1, nullptr, nullptr, nullptr};
+
+TESSERA_MOVEMENT_MODULE(&hover)
+
 #else
 
 using namespace tessera::native;
