@@ -76,7 +76,7 @@ constexpr Suite kSuites[] = {
      RunTrust},
     {"sdk",
      "What a game ships with the client library and what it costs: files, memory, first polls of a large scene, polls "
-     "after a pause; --only takes ship, first_polls or late_polls",
+     "after a pause; --only takes ship, first_polls, late_polls, throws or frame",
      RunSdk},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},

@@ -9,6 +9,9 @@ absl::Status RunSdk(const SuiteOptions& options, Report& report) {
   }
   if (wanted("first_polls")) MeasureFirstPolls(options.quick, report);
   if (wanted("late_polls")) MeasureLatePolls(options.quick, report);
+  if (wanted("frame")) {
+    if (absl::Status status = MeasureFrame(options.quick, report); !status.ok()) return status;
+  }
   if (wanted("throws")) MeasureThrows(options.quick, report);
   return absl::OkStatus();
 }

@@ -15,5 +15,11 @@ absl::Status MeasureShip(bool quick, Report& report);
 void MeasureFirstPolls(bool quick, Report& report);
 void MeasureLatePolls(bool quick, Report& report);
 void MeasureThrows(bool quick, Report& report);
+// `frame_instructions` of a frame with 2000 moving bodies, and `frame_instructions_ratio` against another version's,
+// both counted by valgrind. Errors: no valgrind, or a program that does not run under it.
+absl::Status MeasureFrame(bool quick, Report& report);
+
+// The other version's tessera-frame. Without it there is no ratio.
+inline constexpr char kOtherFrameEnvironment[] = "TESSERA_FRAME_OTHER";
 
 }  // namespace tessera::bench
