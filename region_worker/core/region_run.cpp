@@ -32,6 +32,7 @@ void RegionRun::Run(TimePoint now, Actions& actions) {
 // --- Orders ----------------------------------------------------------------------------------------------------------
 
 absl::Status RegionRun::Follow(const Order& order, TimePoint now, LinkTable& links, Actions& actions) {
+  joins_ = order.joins_running;
   roster_.Set(order.players, order.joins_running, ticks_.region(), actions);
   properties_.Set(order.properties);
   backend_.Set(order.backend);
@@ -139,7 +140,7 @@ bool RegionRun::Advance(TimePoint now, LinkTable& links, Actions& actions) {
   copies_.Expire(now);
   FollowClock(now, links, actions);
   if (MayStep(now, actions)) return true;
-  if (!paused_) ticks_.Watch(now, !left_out_ && !clock_.paused(), links, actions);
+  if (!paused_) ticks_.Watch(now, MayGiveUp(), links, actions);
   return false;
 }
 
@@ -172,6 +173,10 @@ bool RegionRun::MayStep(TimePoint now, Actions& actions) {
   }
   return !paused_ && !clock_.paused() && ticks_.Due(now);
 }
+
+// One that joins waits for its tick, however long that takes. Once its map is in force the others go on to the next one
+// without it, and drop its frames by that map: it goes on by itself as anybody would.
+bool RegionRun::MayGiveUp() const { return !left_out_ && !clock_.paused() && (!joins_ || ticks_.stepped()); }
 
 bool RegionRun::Moves(TimePoint now) const {
   return ticks_.running() && !left_out_ && !region().halted() && standby_log_.LeaseHeld(now);

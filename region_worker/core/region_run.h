@@ -110,6 +110,7 @@ class RegionRun {
 
  private:
   bool MayStep(TimePoint now, Actions& actions);
+  bool MayGiveUp() const;
   void FollowClock(TimePoint now, const LinkTable& links, Actions& actions);
   absl::Status FollowFailover(const Order& order, TimePoint now, LinkTable& links, Actions& actions);
   absl::Status Resume(const region::Resolution& resolution, TimePoint now, LinkTable& links, Actions& actions);
@@ -133,6 +134,7 @@ class RegionRun {
   FailoverFigures failover_figures_;
   bool paused_ = false;
   bool resumed_ = false;   // after a failover, and has not stepped since
+  bool joins_ = false;     // by its orders the map that it begins with is not in force yet
   bool left_out_ = false;  // the map in force has no place for it: it waits for its end
 };
 

@@ -142,6 +142,23 @@ TEST_F(RegionRunOfTwoTest, AFailoverHaltsItAndItsResolutionLetsItGoOn) {
   EXPECT_EQ(run.region().tick(), order.resolution->resume_tick);
 }
 
+TEST_F(RegionRunOfTwoTest, WhoJoinsWaitsForASilentNeighbourUntilItsMapIsInForceByItsOrders) {
+  const auto steps_in_two_seconds = [this] {
+    int steps = 0;
+    for (int tick = 0; tick < 120; ++tick) steps += Advance() ? 1 : 0;
+    return steps;
+  };
+  order.joins_running = true;
+  Follow();
+  run.Run(now, actions);
+  EXPECT_EQ(steps_in_two_seconds(), 0);
+  EXPECT_EQ(run.ticks().links_down(), 0U);
+  order.joins_running = false;
+  Follow();
+  EXPECT_GT(steps_in_two_seconds(), 90);
+  EXPECT_EQ(run.ticks().links_down(), 1U);
+}
+
 TEST_F(RegionRunOfTwoTest, WhoIsFencedFollowsNoFurther) {
   order.map = MapOfOne(run.region().map(), 2, kSecond);
   order.failover = {MapVersion(2), {{kSelf, Incarnation(1)}}};

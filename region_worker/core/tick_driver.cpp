@@ -48,8 +48,7 @@ void TickDriver::Watch(TimePoint now, bool may_give_up, LinkTable& links, Action
   if (!running_ || !watch_.Due(now, last_step_)) return;
   for (const RegionId neighbor : region_.neighbors()) links.Send(neighbor, Bare(LinkMessageKind::kAlive), actions);
   links.RepeatFrames(actions);
-  // One that joins waits for its tick, however long that takes.
-  const bool gives_up = may_give_up && stepped_ && !region_.halted();
+  const bool gives_up = may_give_up && !region_.halted();
   const std::vector<RegionId> waited_for = gives_up ? region_.WaitingFor() : std::vector<RegionId>();
   for (const SilentNeighbour& silent : watch_.Look(waited_for, links, now, tick_length())) {
     const auto silent_ms = std::chrono::duration_cast<std::chrono::milliseconds>(silent.silent).count();

@@ -96,6 +96,9 @@ TEST_F(TwoRunsTest, ARegionThatIsBuiltAnewIsHeardFromTheFirstFrameOfItsNewBeginn
     config.map = LaterMap(grid, version);
     config.initial = std::make_shared<const region::RegionState>(nothing);
     two.Build(config);
+    Order order;
+    order.joins_running = true;
+    EXPECT_TRUE(two.run->Follow(order, now, two.links, two.actions).ok());
     two.run->Run(now, two.actions);
   };
   const auto plan = [&](std::uint64_t version, Tick effective, bool committed) {

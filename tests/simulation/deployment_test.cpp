@@ -327,6 +327,21 @@ TEST_F(DeploymentTest, ANewcomerMayDieInItsFirstTicks) {
   EXPECT_GT(carried_on, 0);
 }
 
+// It has not stepped when its map comes into force, and the others go on without it, and to the next map.
+TEST_F(DeploymentTest, ANewcomerThatANeighbourDoesNotHearFromTheFirstTickOnComesToTheNextMapAsWell) {
+  for (std::uint32_t neighbor = 1; neighbor <= 4; ++neighbor) {
+    Growing run({.seed = neighbor});
+    ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(2000), [&] { return run.newcomer().running(); }));
+    ASSERT_FALSE(run.HasStepped());
+    const Node other = run.deployment.Find(RegionId(neighbor))->node();
+    run.deployment.network().Cut(run.node, other, true);
+    run.deployment.RunFor(Milliseconds(9000));
+    run.deployment.network().Cut(run.node, other, false);
+    run.ExpectWhole();
+    if (HasFailure()) FAIL() << neighbor << run.deployment.Standing();
+  }
+}
+
 TEST_F(DeploymentTest, AMachineWithANewcomerMayBeCutOffAtAnyTime) {
   for (Micros after = 0; after < Milliseconds(700); after += Milliseconds(50)) {
     Growing run({.seed = after + 1, .hosts = 3});

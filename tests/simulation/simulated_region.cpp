@@ -99,7 +99,7 @@ void SimulatedRegion::Advance() {
     Step();
   }
   const Micros now = timeline_.now();
-  ticks_.Watch(TimePointAt(now), true, links_, actions_);
+  ticks_.Watch(TimePointAt(now), ticks_.stepped(), links_, actions_);  // one that joins waits for its tick
   CarryOut();
   const auto due = ticks_.wake_at(TimePointAt(now));
   WakeAt(due ? std::min(MicrosAt(*due), now + kRound) : now + kRound);
