@@ -14,6 +14,7 @@
 namespace tessera::bench {
 namespace {
 
+constexpr char kValgrindPath[] = "/usr/bin/valgrind";
 constexpr std::chrono::minutes kPatience{30};
 constexpr std::size_t kMaxProfileBytes = std::size_t{256} << 20;
 constexpr std::string_view kTotals = "\ntotals: ";
@@ -23,7 +24,7 @@ constexpr std::string_view kTotals = "\ntotals: ";
 absl::StatusOr<std::uint64_t> CountInstructions(const std::vector<std::string>& command, const Counted& counted) {
   const host::TemporaryFolder folder;
   const std::string profile = folder.path() + "/profile", said = folder.path() + "/said";
-  std::vector<std::string> argv{"valgrind", "--tool=callgrind", "--callgrind-out-file=" + profile};
+  std::vector<std::string> argv{kValgrindPath, "--tool=callgrind", "--callgrind-out-file=" + profile};
   if (counted.where != Counted::Where::kEverywhere) {
     argv.push_back("--toggle-collect=" + counted.function);
     // The option above has turned counting off until the function is entered.
