@@ -1,9 +1,9 @@
 #include "bench/acceptor.h"
+#include "bench/thread_cpu.h"
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <ctime>
 #include <memory>
 #include <random>
 #include <string>
@@ -30,12 +30,6 @@ constexpr milliseconds kPatience{10'000};
 constexpr std::size_t kPayloadBytes = 1200 - net::kSealHeaderBytes - net::kSealTagBytes;
 const net::Address kServer{.host = 0x0100007f, .port = 7777}, kDialler{.host = 0x0200007f, .port = 5000};
 
-// CPU time of this thread: what other programs do meanwhile does not count.
-double CpuSeconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
-}
 double Seconds(Clock::duration span) { return std::chrono::duration<double>(span).count(); }
 
 net::EndpointIdentity IdentityOf(const net::SigningKey& key) {
@@ -89,14 +83,14 @@ absl::Status MeasureSealing(bool quick, Report& report) {
   constexpr std::size_t kBatch = 500;
   for (int done = 0; done < rounds; done += static_cast<int>(kBatch)) {
     sealed.assign(kBatch, Bytes(1200, 0x55));
-    double begin = CpuSeconds();
+    double begin = ThreadCpuSeconds();
     for (Bytes& bytes : sealed) ends.dialler.Seal(ends.dial, net::DatagramKind::kSealed, bytes, kPayloadBytes);
-    sealing_s += CpuSeconds() - begin;
-    begin = CpuSeconds();
+    sealing_s += ThreadCpuSeconds() - begin;
+    begin = ThreadCpuSeconds();
     for (Bytes& bytes : sealed) {
       if (!ends.AtServer(bytes)) return absl::InternalError("a genuine datagram was not taken");
     }
-    opening_s += CpuSeconds() - begin;
+    opening_s += ThreadCpuSeconds() - begin;
   }
   report.Add(kScene, kEngine, "1200 B", "seal_ns", sealing_s * 1e9 / rounds, "ns");
   report.Add(kScene, kEngine, "1200 B", "open_ns", opening_s * 1e9 / rounds, "ns");
@@ -110,14 +104,14 @@ absl::Status MeasureLogins(bool quick, Report& report) {
   const int rounds = quick ? 500 : 5'000;
   double dialler_s = 0, server_s = 0;
   for (int i = 0; i < rounds; ++i) {
-    double begin = CpuSeconds();
+    double begin = ThreadCpuSeconds();
     const net::SessionNumber dial = *ends.dialler.Dial(ends.now, kServer, RegionId(1), Incarnation(1), credentials);
     Bytes bytes = ends.dialler.Due(ends.now).at(0).bytes;
-    dialler_s += CpuSeconds() - begin;
+    dialler_s += ThreadCpuSeconds() - begin;
     for (net::Acceptor* at = &ends.server; !bytes.empty(); at = at == &ends.server ? &ends.dialler : &ends.server) {
-      begin = CpuSeconds();
+      begin = ThreadCpuSeconds();
       const auto received = at->Receive(ends.now, at == &ends.server ? kDialler : kServer, bytes);
-      (at == &ends.server ? server_s : dialler_s) += CpuSeconds() - begin;
+      (at == &ends.server ? server_s : dialler_s) += ThreadCpuSeconds() - begin;
       const bool reply = received.kind == net::Acceptor::Received::Kind::kReply;
       bytes = reply ? Bytes(received.bytes.begin(), received.bytes.end()) : Bytes();
     }
@@ -163,7 +157,7 @@ absl::Status ForgeInMemory(bool quick, Report& report) {
   const net::AcceptorStats before = ends.server.stats();
   std::mt19937_64 random(1);
   const std::uint64_t count = quick ? 300'000 : 10'000'000;
-  const double begin = CpuSeconds();
+  const double begin = ThreadCpuSeconds();
   for (std::uint64_t i = 0; i < count; ++i) {
     Bytes bytes = Forge(random, seen);
     ends.AtServer(bytes);
@@ -172,7 +166,8 @@ absl::Status ForgeInMemory(bool quick, Report& report) {
   const std::uint64_t taken = after.payloads - before.payloads + after.accepted - before.accepted;
   report.Add(kScene, kEngine, "memory", "forged", static_cast<double>(count), "1");
   report.Add(kScene, kEngine, "memory", "forged_accepted", static_cast<double>(taken), "1");
-  report.Add(kScene, kEngine, "memory", "forged_ns", (CpuSeconds() - begin) * 1e9 / static_cast<double>(count), "ns");
+  report.Add(kScene, kEngine, "memory", "forged_ns", (ThreadCpuSeconds() - begin) * 1e9 / static_cast<double>(count),
+             "ns");
   return taken == 0 ? absl::OkStatus() : absl::InternalError(absl::StrCat(taken, " forged datagrams were accepted"));
 }
 

@@ -10,6 +10,7 @@
 #include "bench/accuracy_scenes.h"
 #include "bench/front.h"
 #include "bench/plot.h"
+#include "bench/thread_cpu.h"
 
 namespace tessera::bench {
 namespace {

@@ -9,8 +9,6 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kBroken = std::numeric_limits<double>::infinity();
-
 // Potential and kinetic energy of all dynamic bodies. They must be balls: the inertia is 2/5 m r^2 about any axis.
 double EnergyOf(const Run& run, const Scene& scene, double radius_m) {
   double energy = 0;
@@ -65,19 +63,19 @@ absl::StatusOr<Outcome> Rolling(const Trial& trial, bool oblique) {
                  run->cpu_us_per_tick()};
 }
 
-struct Penetration {
+struct PenetrationSum {
   double squares_m2 = 0, deepest_m = 0;
 };
 
 // Between balls, and into the ground.
-Penetration PenetrationOf(const Run& run) {
+PenetrationSum PenetrationOf(const Run& run) {
   constexpr double kRadius = scenes::kPileRadius_m;
   std::vector<Vec3d> places;
   places.reserve(scenes::kPileBalls);
   for (int i = 0; i < scenes::kPileBalls; ++i) {
     places.push_back(run.StateOf(BodyId(static_cast<std::uint64_t>(i) + 2)).position);
   }
-  Penetration sum;
+  PenetrationSum sum;
   const auto add = [&sum](double depth) {
     // Whatever is not finite must not pass for no penetration.
     if (depth <= 0) return;
@@ -105,7 +103,7 @@ absl::StatusOr<Outcome> Pile(const Trial& trial) {
   int looks = 0;
   while (run->time_s() < kSeconds - 1e-9) {
     run->Tick();
-    const Penetration now = PenetrationOf(*run);
+    const PenetrationSum now = PenetrationOf(*run);
     squares += now.squares_m2;
     deepest = std::max(deepest, now.deepest_m);
     gain = std::max(gain, EnergyOf(*run, scene, scenes::kPileRadius_m) / start - 1);

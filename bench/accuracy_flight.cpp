@@ -13,8 +13,6 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kBroken = std::numeric_limits<double>::infinity();
-
 absl::StatusOr<Outcome> FreeFall(const Trial& trial) {
   absl::StatusOr<Run> run = Run::Start(trial, scenes::FreeFall());
   if (!run.ok()) return run.status();

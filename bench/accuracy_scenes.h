@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,9 @@
 #include "bench/trial.h"
 
 namespace tessera::bench {
+
+// The error of a run that broke down.
+inline constexpr double kBroken = std::numeric_limits<double>::infinity();
 
 struct Outcome {
   struct Part {

@@ -13,8 +13,6 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kBroken = std::numeric_limits<double>::infinity();
-
 // How far the bodies end below where they were built, by share of the height of the scene.
 absl::StatusOr<Outcome> Sinking(const Trial& trial, const Scene& scene) {
   absl::StatusOr<Run> run = Run::Start(trial, scene);

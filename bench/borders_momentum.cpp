@@ -11,7 +11,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kCell_m = 20;
+constexpr double kMomentumCell_m = 20;
 
 struct Sums {
   Vec3d linear, angular;
@@ -123,7 +123,7 @@ void Measure(BorderStage& stage, const std::string& name, const Scene& scene,
   for (const std::uint32_t regions : counts) {
     BorderStage::Progress(fmt::format("{}, {} regions", name, regions));
     const Manner manner = Regions(regions);
-    MomentumCheck check(CutBy(scene, regions, kCell_m), manner);
+    MomentumCheck check(CutBy(scene, regions, kMomentumCell_m), manner);
     check.Ticks(static_cast<int>(60 * seconds));
     stage.Note(name, manner.name, "momentum_drift", check.Drift());
     if (!closed) stage.Note(name, manner.name, "angular_momentum_drift", check.AngularDrift());
@@ -160,7 +160,7 @@ void Cradle(BorderStage& stage) {
   Measure(stage, "cradle", scene, {1, 2, 4}, false, WatchedSeconds(stage));
   for (const std::uint32_t regions : {1U, 2U, 4U}) {
     const Manner manner = Regions(regions);
-    const auto instance = Start(CutBy(scene, regions, kCell_m), manner);
+    const auto instance = Start(CutBy(scene, regions, kMomentumCell_m), manner);
     instance->Ticks(120);
     double arrived = 0;
     for (std::uint64_t id = 4; id <= 6; ++id)

@@ -16,7 +16,7 @@ namespace {
 constexpr double kJitter_m = 0.001;
 
 // How one run came out.
-struct Outcome {
+struct BorderOutcome {
   std::vector<Vec3d> places;  // positions of the dynamic bodies, in the order of the scene
   std::vector<bool> stands;   // whether it is about as high as it was built
   double ghosts_per_body = 0, bytes_per_tick = 0;
@@ -33,12 +33,12 @@ struct Chaotic {
   double stands_m = 0.3;   // a body stands if it ended at most so far above or below its start
 };
 
-Outcome RunOnce(const Chaotic& chaotic, const Manner& manner, std::uint64_t seed) {
+BorderOutcome RunOnce(const Chaotic& chaotic, const Manner& manner, std::uint64_t seed) {
   const scenes::Jitter jitter = scenes::Jittered(chaotic.scene, seed, kJitter_m);
   const auto instance = Start(CutBy(jitter.scene, manner.regions, chaotic.cell_m), manner);
   const int ticks = static_cast<int>(60 * chaotic.seconds);
   instance->Ticks(ticks);
-  Outcome outcome;
+  BorderOutcome outcome;
   for (std::size_t i = 0; i < chaotic.scene.bodies.size(); ++i) {
     const BodyDef& body = chaotic.scene.bodies[i];
     if (body.motion != Motion::kDynamic) continue;
@@ -52,14 +52,14 @@ Outcome RunOnce(const Chaotic& chaotic, const Manner& manner, std::uint64_t seed
   return outcome;
 }
 
-std::vector<Outcome> RunAll(const Chaotic& chaotic, const Manner& manner, int runs) {
-  std::vector<Outcome> all;
+std::vector<BorderOutcome> RunAll(const Chaotic& chaotic, const Manner& manner, int runs) {
+  std::vector<BorderOutcome> all;
   all.reserve(static_cast<std::size_t>(runs));
   for (int seed = 1; seed <= runs; ++seed) all.push_back(RunOnce(chaotic, manner, static_cast<std::uint64_t>(seed)));
   return all;
 }
 
-Vec3d MeanPlace(const std::vector<Outcome>& runs, std::size_t body, std::size_t but) {
+Vec3d MeanPlace(const std::vector<BorderOutcome>& runs, std::size_t body, std::size_t but) {
   Vec3d sum;
   double count = 0;
   for (std::size_t run = 0; run < runs.size(); ++run) {
@@ -71,7 +71,7 @@ Vec3d MeanPlace(const std::vector<Outcome>& runs, std::size_t body, std::size_t 
 }
 
 // Distance of every body of every run from the mean of the other runs of one world, m.
-std::vector<double> Deviations(const std::vector<Outcome>& runs, const std::vector<Outcome>& one) {
+std::vector<double> Deviations(const std::vector<BorderOutcome>& runs, const std::vector<BorderOutcome>& one) {
   std::vector<double> all;
   all.reserve(runs.size() * one.front().places.size());
   for (std::size_t run = 0; run < runs.size(); ++run) {
@@ -83,15 +83,16 @@ std::vector<double> Deviations(const std::vector<Outcome>& runs, const std::vect
   return all;
 }
 
-double ShareStanding(const std::vector<Outcome>& runs) {
+double ShareStanding(const std::vector<BorderOutcome>& runs) {
   double stand = 0;
-  for (const Outcome& run : runs) stand += std::all_of(run.stands.begin(), run.stands.end(), [](bool b) { return b; });
+  for (const BorderOutcome& run : runs)
+    stand += std::all_of(run.stands.begin(), run.stands.end(), [](bool b) { return b; });
   return stand / static_cast<double>(runs.size());
 }
 
-double MeanHeight(const std::vector<Outcome>& runs) {
+double MeanHeight(const std::vector<BorderOutcome>& runs) {
   double sum = 0, count = 0;
-  for (const Outcome& run : runs) {
+  for (const BorderOutcome& run : runs) {
     for (const Vec3d place : run.places) sum += place.y, ++count;
   }
   return sum / count;
@@ -100,13 +101,13 @@ double MeanHeight(const std::vector<Outcome>& runs) {
 void Judge(BorderStage& stage, const Chaotic& chaotic, const std::vector<Manner>& manners) {
   const int runs = stage.Few(16, 4);
   BorderStage::Progress(fmt::format("{}: one world, {} runs", chaotic.name, runs));
-  const std::vector<Outcome> one = RunAll(chaotic, Regions(1), runs);
+  const std::vector<BorderOutcome> one = RunAll(chaotic, Regions(1), runs);
   const double spread = Quantile(Deviations(one, one), 0.95);
   stage.Note(chaotic.name, "regions=1", "deviation_p95", spread, "m");
   stage.Note(chaotic.name, "regions=1", "stands", ShareStanding(one));
   for (const Manner& manner : manners) {
     BorderStage::Progress(fmt::format("{}: {}", chaotic.name, manner.name));
-    const std::vector<Outcome> many = RunAll(chaotic, manner, runs);
+    const std::vector<BorderOutcome> many = RunAll(chaotic, manner, runs);
     const double deviation = Quantile(Deviations(many, one), 0.95);
     stage.Note(chaotic.name, manner.name, "deviation_p95", deviation, "m");
     stage.Note(chaotic.name, manner.name, "spread_ratio", deviation / spread);

@@ -13,8 +13,8 @@ using scenes::BallOf;
 using scenes::BoxOf;
 using scenes::CapsuleOf;
 
-constexpr int kTicks = 90;
-constexpr double kCell_m = 20;
+constexpr int kPairTicks = 90;
+constexpr double kPairCell_m = 20;
 
 struct Form {
   const char* name;
@@ -33,7 +33,7 @@ std::vector<Form> Forms() {
 double LargestError(const CutScene& one, const CutScene& cut, const Manner& manner) {
   const auto whole = Start(one, Regions(1)), parts = Start(cut, manner);
   double largest = 0;
-  for (int i = 0; i < kTicks; ++i) {
+  for (int i = 0; i < kPairTicks; ++i) {
     whole->Tick();
     parts->Tick();
     for (const BodyId id : {BodyId(1), BodyId(2)}) {
@@ -57,7 +57,7 @@ void Pairs(BorderStage& stage) {
             const Scene pair = scenes::CollidingPair(forms[a].shape, forms[b].shape, ratio, oblique);
             Manner manner = Regions(2);
             manner.settings.shared_origin = shared;
-            worst = std::max(worst, LargestError(CutBy(pair, 1, kCell_m), CutBy(pair, 2, kCell_m), manner));
+            worst = std::max(worst, LargestError(CutBy(pair, 1, kPairCell_m), CutBy(pair, 2, kPairCell_m), manner));
           }
         }
         stage.Note(scene, shared ? "regions=2 origin=shared" : "regions=2 origin=own", "pair_velocity_error", worst,

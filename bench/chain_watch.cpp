@@ -12,7 +12,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kSeconds = 10;
+constexpr double kWatched_s = 10;
 
 const std::vector<double>& TrueCrossings(const scenes::Chain& chain, double ratio) {
   static std::map<double, std::vector<double>> known;
@@ -21,7 +21,7 @@ const std::vector<double>& TrueCrossings(const scenes::Chain& chain, double rati
     const double l = chain.link_m, r = chain.ball_radius_m;
     std::vector<Rod> rods(chain.bodies.size() - 1, {1, l, l / 2, chain.link_inertia_kg_m2});
     rods.push_back({ratio, 2 * r, r, chain.ball_inertia_kg_m2});
-    entry->second = CrossingTimes(RodChain(rods, -chain.scene.gravity_m_s2.y), kSeconds, 1e-3);
+    entry->second = CrossingTimes(RodChain(rods, -chain.scene.gravity_m_s2.y), kWatched_s, 1e-3);
   }
   return entry->second;
 }
@@ -35,7 +35,7 @@ absl::StatusOr<ChainFigures> SwingChain(const Trial& trial, double ratio) {
   ChainFigures figures;
   std::vector<double> crossings;
   double x = run->StateOf(chain.bodies.back()).position.x, time = 0;
-  while (run->time_s() < kSeconds - 1e-9) {
+  while (run->time_s() < kWatched_s - 1e-9) {
     run->Tick();
     for (const JointDef& joint : chain.scene.joints) {
       const BodyState a = run->StateOf(joint.body_a);

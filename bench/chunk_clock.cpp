@@ -1,4 +1,5 @@
 #include "bench/chunk_clock.h"
+#include "bench/thread_cpu.h"
 
 #include <unistd.h>
 

@@ -1,4 +1,5 @@
 #include "bench/chunk_clock.h"
+#include "bench/thread_cpu.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bench/engine.h"
+#include "bench/thread_cpu.h"
 #include "control_plane/region_tree.h"
 #include "core/replication/interest.h"
 #include "core/world/player_input.h"

@@ -1,8 +1,7 @@
 #include "bench/engine.h"
 
-#include <ctime>
-
 #include "bench/engine_parts.h"
+#include "bench/thread_cpu.h"
 
 namespace tessera::bench {
 
@@ -100,12 +99,6 @@ std::unique_ptr<Engine> MakeEngine(EngineKind kind, const EngineConfig& config) 
 #endif
   }
   return nullptr;
-}
-
-double ThreadCpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 double TimedStep(Engine& engine, double dt_s) {

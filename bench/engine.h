@@ -65,8 +65,6 @@ std::string_view EngineCommit(EngineKind kind);
 // Null if it was not built.
 std::unique_ptr<Engine> MakeEngine(EngineKind kind, const EngineConfig& config);
 
-// CPU time of the calling thread, s.
-double ThreadCpuSeconds();
 // Steps, and returns the CPU time it took, s.
 double TimedStep(Engine& engine, double dt_s);
 

@@ -1,4 +1,5 @@
 #include "bench/engine.h"
+#include "bench/thread_cpu.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

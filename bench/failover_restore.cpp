@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kRestorePatience{60};
 
 // Makes a world of so many bodies, lets it run, and writes it to `file`; the tick that it was at.
 absl::Status Save(const FailoverSize& size, const std::string& file, std::uint64_t& tick) {
@@ -29,10 +29,10 @@ absl::Status Save(const FailoverSize& size, const std::string& file, std::uint64
   local::Connection& connection = stage.run().connection();
   tick = connection
              .Call("instance checkpoint", connection.instances(), &v1::InstanceService::Stub::CheckpointInstance,
-                   request, std::chrono::milliseconds(kPatience))
+                   request, std::chrono::milliseconds(kRestorePatience))
              .checkpoint()
              .tick();
-  local::ExportCheckpoint(connection, stage.run().instance_id(), tick, file, kPatience);
+  local::ExportCheckpoint(connection, stage.run().instance_id(), tick, file, kRestorePatience);
   return absl::OkStatus();
 }
 
@@ -66,12 +66,12 @@ absl::Status RunRestore(const FailoverSize& size, Report& report) {
     const auto begin = Clock::now();
     const std::string id = local::ImportCheckpoint(connection, file, {}).id();
     local::InstanceWatch watch(connection, id);
-    if (!watch.WaitUntil([&](const v1::Instance& now) { return AllStep(now, tick); }, kPatience)) {
+    if (!watch.WaitUntil([&](const v1::Instance& now) { return AllStep(now, tick); }, kRestorePatience)) {
       return absl::InternalError(fmt::format("never: restored; {}", watch.Latest().ShortDebugString()));
     }
     took_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
     // It truly goes on, with all that it had.
-    if (!watch.WaitUntil([&](const v1::Instance& now) { return AllStep(now, tick + 60); }, kPatience)) {
+    if (!watch.WaitUntil([&](const v1::Instance& now) { return AllStep(now, tick + 60); }, kRestorePatience)) {
       return absl::InternalError("the restored world stands still");
     }
     bodies = static_cast<double>(OwnedIn(watch.Latest()));

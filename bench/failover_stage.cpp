@@ -16,7 +16,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::seconds kPatience{120};
+constexpr std::chrono::seconds kStagePatience{120};
 constexpr std::uint64_t kCensusesAfter = 2;
 constexpr std::chrono::seconds kFollowed{1};
 constexpr std::chrono::seconds kPlacesApart{1};
@@ -49,7 +49,7 @@ absl::Status Stage::PlayUntil(const std::string& what, const std::function<bool(
     NotePlaces();
     return holds();
   };
-  if (run_.PlayUntil(look, kPatience)) return absl::OkStatus();
+  if (run_.PlayUntil(look, kStagePatience)) return absl::OkStatus();
   std::string ended;
   for (local::Bot* bot : run_.bots()) {
     if (bot->client().state() != client::ClientState::kEnded) continue;

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
-#include <time.h>
 
 #include <iostream>
 #include <memory>
 
 #include "bench/failover_growth.h"
+#include "bench/thread_cpu.h"
 #include "core/region/region.h"
 #include "core/region/standby_copy.h"
 #include "local_cluster/scene_file.h"
@@ -13,12 +13,6 @@ namespace tessera::bench {
 namespace {
 
 constexpr int kSettle = 180, kMeasured = 600;  // ticks
-
-double CpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
 
 std::unique_ptr<region::Region> MakeRegion(const std::shared_ptr<const Scene>& scene) {
   auto made = std::make_unique<region::Region>(
@@ -37,17 +31,17 @@ absl::Status RunStandby(const FailoverSize& size, Report& report) {
   region::StandbyCopy standby(owner->id(), owner->catalog());
   double alone_s = 0, owner_s = 0, standby_s = 0, bytes = 0, asleep = 0;
   for (int tick = 0; tick < kSettle + kMeasured; ++tick) {
-    const double begin = CpuSeconds();
+    const double begin = ThreadCpuSeconds();
     (void)alone->Step();
-    const double stepped = CpuSeconds();
+    const double stepped = ThreadCpuSeconds();
     const region::StepResult result = owner->Step();
-    const double logged = CpuSeconds();
+    const double logged = ThreadCpuSeconds();
     if (absl::Status status = standby.Receive(result.log); !status.ok()) return status;
-    const double received = CpuSeconds();
+    const double received = ThreadCpuSeconds();
     owner->LogAcknowledged(standby.tick());
     if (tick < kSettle) continue;
     alone_s += stepped - begin;
-    owner_s += logged - stepped + (CpuSeconds() - received);
+    owner_s += logged - stepped + (ThreadCpuSeconds() - received);
     standby_s += received - logged;
     bytes += static_cast<double>(result.log.size());
     asleep += static_cast<double>(owner->asleep_count());

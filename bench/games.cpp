@@ -17,6 +17,7 @@
 #include "bench/lag_shots.h"
 #include "bench/lockstep.h"
 #include "bench/statistics.h"
+#include "bench/thread_cpu.h"
 #include "core/game/game_host.h"
 #include "core/world/scene_load.h"
 #include "core/world/spawned_id.h"

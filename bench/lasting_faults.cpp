@@ -13,7 +13,7 @@ namespace tessera::bench {
 namespace {
 
 using Kind = LastingFaultKind;
-using Program = LastingStage::Kind;
+using Program = LastingStage::Program;
 
 constexpr std::array<const char*, static_cast<std::size_t>(kLastLastingFault) + 1> kLastingFaultNames = {
     "kill-leader", "stop-leader", "cut-leader",  "lose-leader", "cut-leader-with-host",

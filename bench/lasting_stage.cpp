@@ -19,24 +19,24 @@ namespace tessera::bench {
 namespace {
 
 namespace fs = std::filesystem;
-using Kind = LastingStage::Kind;
+using Program = LastingStage::Program;
 
 constexpr std::chrono::seconds kLastingPatience{60}, kLastingEnd{15};
 constexpr std::size_t kMaxLastingFile = 4 << 20;
 constexpr char kEtcdPath[] = "/usr/bin/etcd", kOpensslPath[] = "/usr/bin/openssl";
 constexpr std::uint16_t kOperatorsPort = 7700, kPlayersPort = 7703, kEtcdPort = 2379, kEtcdPeerPort = 2380;
-constexpr const char* kKindNames[] = {"control", "etcd", "host"};
+constexpr const char* kProgramNames[] = {"control", "etcd", "host"};
 
-std::size_t IndexOf(Kind kind) { return static_cast<std::size_t>(kind); }
+std::size_t IndexOf(Program program) { return static_cast<std::size_t>(program); }
 
 }  // namespace
 
-std::string LastingStage::Path(Kind kind, std::uint32_t which, const char* after) const {
-  return fmt::format("{}/{}-{}{}", folder_, kKindNames[IndexOf(kind)], which + 1, after);
+std::string LastingStage::Path(Program program, std::uint32_t which, const char* after) const {
+  return fmt::format("{}/{}-{}{}", folder_, kProgramNames[IndexOf(program)], which + 1, after);
 }
 
-host::ChildProcess& LastingStage::process(Kind kind, std::uint32_t which) const {
-  return *processes_.at(IndexOf(kind)).at(which);
+host::ChildProcess& LastingStage::process(Program program, std::uint32_t which) const {
+  return *processes_.at(IndexOf(program)).at(which);
 }
 
 std::string LastingStage::EtcdEndpoints() const {
@@ -47,9 +47,9 @@ std::string LastingStage::EtcdEndpoints() const {
   return all;
 }
 
-std::vector<std::string> LastingStage::Arguments(Kind kind, std::uint32_t which) const {
-  const auto path = [&](const char* after) { return Path(kind, which, after); };
-  if (kind == Kind::kEtcd) {
+std::vector<std::string> LastingStage::Arguments(Program program, std::uint32_t which) const {
+  const auto path = [&](const char* after) { return Path(program, which, after); };
+  if (program == Program::kEtcd) {
     const std::string own = network_.address(which);
     const std::string clients = fmt::format("https://{}:{}", own, kEtcdPort);
     const std::string peers = fmt::format("http://{}:{}", own, kEtcdPeerPort);
@@ -77,7 +77,7 @@ std::vector<std::string> LastingStage::Arguments(Kind kind, std::uint32_t which)
             "--key-file",
             folder_ + "/etcd.key"};
   }
-  if (kind == Kind::kControl) {
+  if (program == Program::kControl) {
     const std::string own = network_.address(which);
     return {local::ProgramPath("tessera-control"),
             "--listen",
@@ -139,34 +139,36 @@ absl::Status LastingStage::MakeEtcdCertificate() const {
   return absl::UnavailableError("openssl" + host::LastLinesText(folder_ + "/openssl.log", 3));
 }
 
-absl::Status LastingStage::Launch(Kind kind, std::uint32_t which) {
-  const std::uint32_t machine = kind == Kind::kAgent ? MachineOf(which) : which;
+absl::Status LastingStage::Launch(Program program, std::uint32_t which) {
+  const std::uint32_t machine = program == Program::kAgent ? MachineOf(which) : which;
   std::vector<std::string> argv = network_.Enter(machine);
-  const std::vector<std::string> own = Arguments(kind, which);
+  const std::vector<std::string> own = Arguments(program, which);
   argv.insert(argv.end(), own.begin(), own.end());
-  fs::remove(Path(kind, which, ".json"));
-  auto started = host::ChildProcess::Start({.argv = argv, .log_path = Path(kind, which, ".log")});
+  fs::remove(Path(program, which, ".json"));
+  auto started = host::ChildProcess::Start({.argv = argv, .log_path = Path(program, which, ".log")});
   if (!started.ok()) return started.status();
-  processes_.at(IndexOf(kind)).at(which) = *std::move(started);
+  processes_.at(IndexOf(program)).at(which) = *std::move(started);
   return absl::OkStatus();
 }
 
-absl::Status LastingStage::Await(Kind kind, std::uint32_t which) {
-  if (kind == Kind::kEtcd || process(kind, which).WaitForFile(Path(kind, which, ".json"), kLastingPatience)) {
+absl::Status LastingStage::Await(Program program, std::uint32_t which) {
+  if (program == Program::kEtcd ||
+      process(program, which).WaitForFile(Path(program, which, ".json"), kLastingPatience)) {
     return absl::OkStatus();
   }
-  return absl::UnavailableError(fmt::format("{} {}{}", kKindNames[IndexOf(kind)], which + 1, LastWords(kind, which)));
+  return absl::UnavailableError(
+      fmt::format("{} {}{}", kProgramNames[IndexOf(program)], which + 1, LastWords(program, which)));
 }
 
-std::string LastingStage::LastWords(Kind kind, std::uint32_t which) const {
-  return host::LastLinesText(Path(kind, which, ".log"), 5);
+std::string LastingStage::LastWords(Program program, std::uint32_t which) const {
+  return host::LastLinesText(Path(program, which, ".log"), 5);
 }
 
 absl::StatusOr<std::unique_ptr<LastingStage>> LastingStage::Start(const local::HostNetwork& network,
                                                                   const std::string& folder) {
   std::unique_ptr<LastingStage> stage(new LastingStage(network, folder));
   absl::Status status = stage->MakeEtcdCertificate();
-  for (std::uint32_t i = 0; i < kLastingControls && status.ok(); ++i) status = stage->Launch(Kind::kEtcd, i);
+  for (std::uint32_t i = 0; i < kLastingControls && status.ok(); ++i) status = stage->Launch(Program::kEtcd, i);
   if (status.ok()) status = stage->StartControls();
   if (status.ok()) status = stage->TakeRights();
   if (status.ok()) status = stage->StartHosts();
@@ -186,22 +188,22 @@ absl::Status LastingStage::StartControls() {
   etcdserverpb::RangeRequest request;
   request.set_key("x");
   if (const auto up = etcd_->Range(request, kLastingPatience); !up.ok()) {
-    return absl::UnavailableError(absl::StrCat(up.status().message(), LastWords(Kind::kEtcd, 0)));
+    return absl::UnavailableError(absl::StrCat(up.status().message(), LastWords(Program::kEtcd, 0)));
   }
   for (std::uint32_t i = 0; i < kLastingControls; ++i) {
     std::error_code error;
-    fs::create_directories(Path(Kind::kControl, i, ""), error);
-    if (i > 0) fs::copy(Path(Kind::kControl, 0, "/seal.key"), Path(Kind::kControl, i, "/seal.key"), error);
-    if (error) return absl::UnavailableError(absl::StrCat(Path(Kind::kControl, i, ""), ": ", error.message()));
-    if (absl::Status status = Launch(Kind::kControl, i); !status.ok()) return status;
-    if (absl::Status status = Await(Kind::kControl, i); !status.ok()) return status;
+    fs::create_directories(Path(Program::kControl, i, ""), error);
+    if (i > 0) fs::copy(Path(Program::kControl, 0, "/seal.key"), Path(Program::kControl, i, "/seal.key"), error);
+    if (error) return absl::UnavailableError(absl::StrCat(Path(Program::kControl, i, ""), ": ", error.message()));
+    if (absl::Status status = Launch(Program::kControl, i); !status.ok()) return status;
+    if (absl::Status status = Await(Program::kControl, i); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
 
 absl::Status LastingStage::TakeRights() {
   try {
-    local::Connection socket(trust::ControlPoint("unix:" + Path(Kind::kControl, 0, "/control.sock")));
+    local::Connection socket(trust::ControlPoint("unix:" + Path(Program::kControl, 0, "/control.sock")));
     using Access = v1::AccessService::Stub;
     const auto authority = socket.Call("authority", socket.access(), &Access::GetAuthority, v1::GetAuthorityRequest());
     v1::CreateTokenRequest request;
@@ -226,18 +228,18 @@ absl::Status LastingStage::StartHosts() {
       v1::AddHostRequest request;
       request.set_name(absl::StrCat("host-", i + 1));
       const auto added = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
-      if (absl::Status status = host::WriteFile(Path(Kind::kAgent, i, ".token"), added.join_token() + "\n",
+      if (absl::Status status = host::WriteFile(Path(Program::kAgent, i, ".token"), added.join_token() + "\n",
                                                 host::Durability::kSurvivesProcess);
           !status.ok()) {
         return status;
       }
-      if (absl::Status status = Launch(Kind::kAgent, i); !status.ok()) return status;
+      if (absl::Status status = Launch(Program::kAgent, i); !status.ok()) return status;
     }
   } catch (const std::exception& error) {
     return absl::UnavailableError(error.what());
   }
   for (std::uint32_t i = 0; i < kLastingHosts; ++i) {
-    if (absl::Status status = Await(Kind::kAgent, i); !status.ok()) return status;
+    if (absl::Status status = Await(Program::kAgent, i); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -245,12 +247,12 @@ absl::Status LastingStage::StartHosts() {
 // Whatever state it was left in: nothing of it runs on.
 LastingStage::~LastingStage() {
   for (std::uint32_t i = 0; i < kLastingHosts; ++i) SignalHost(i, SIGCONT);
-  for (const auto& kind : processes_) {
-    for (const auto& one : kind) {
+  for (const auto& program : processes_) {
+    for (const auto& one : program) {
       if (one) one->Signal(SIGCONT);
     }
   }
-  auto& agents = processes_.at(IndexOf(Kind::kAgent));
+  auto& agents = processes_.at(IndexOf(Program::kAgent));
   for (const auto& agent : agents) {
     if (agent) agent->Signal(SIGTERM);
   }
@@ -262,11 +264,11 @@ LastingStage::~LastingStage() {
       if (const auto left = host::Process::Adopt(worker.pid, worker.start_time); left.ok()) left->Signal(SIGKILL);
     }
   }
-  for (const Kind kind : {Kind::kControl, Kind::kEtcd}) {
-    for (auto& one : processes_.at(IndexOf(kind))) {
+  for (const Program program : {Program::kControl, Program::kEtcd}) {
+    for (auto& one : processes_.at(IndexOf(program))) {
       if (one) one->Signal(SIGKILL);
     }
-    for (auto& one : processes_.at(IndexOf(kind))) one.reset();
+    for (auto& one : processes_.at(IndexOf(program))) one.reset();
   }
 }
 
@@ -285,7 +287,7 @@ std::optional<std::uint32_t> LastingStage::Leader() const {
 }
 
 std::vector<LastingStage::Worker> LastingStage::WorkersOn(std::uint32_t host) const {
-  const auto text = host::ReadFile(Path(Kind::kAgent, host, "/workers.json"), kMaxLastingFile);
+  const auto text = host::ReadFile(Path(Program::kAgent, host, "/workers.json"), kMaxLastingFile);
   const auto file = nlohmann::json::parse(text.value_or("{}"), nullptr, false);
   std::vector<Worker> workers;
   if (!file.is_object() || !file.contains("workers")) return workers;
@@ -307,22 +309,24 @@ std::vector<LastingStage::Worker> LastingStage::WorkersOn(std::uint32_t host) co
 
 // --- Faults.
 
-void LastingStage::Signal(Kind kind, std::uint32_t which, int signal) const { process(kind, which).Signal(signal); }
-
-void LastingStage::Kill(Kind kind, std::uint32_t which) {
-  Signal(kind, which, SIGKILL);
-  process(kind, which).Wait(kLastingEnd);
+void LastingStage::Signal(Program program, std::uint32_t which, int signal) const {
+  process(program, which).Signal(signal);
 }
 
-absl::Status LastingStage::Restart(Kind kind, std::uint32_t which) {
-  if (!process(kind, which).Wait(std::chrono::milliseconds(0))) return absl::OkStatus();
-  if (absl::Status status = Launch(kind, which); !status.ok()) return status;
+void LastingStage::Kill(Program program, std::uint32_t which) {
+  Signal(program, which, SIGKILL);
+  process(program, which).Wait(kLastingEnd);
+}
+
+absl::Status LastingStage::Restart(Program program, std::uint32_t which) {
+  if (!process(program, which).Wait(std::chrono::milliseconds(0))) return absl::OkStatus();
+  if (absl::Status status = Launch(program, which); !status.ok()) return status;
   return absl::OkStatus();
 }
 
 void LastingStage::SignalHost(std::uint32_t host, int signal) const {
-  if (!processes_.at(IndexOf(Kind::kAgent)).at(host)) return;
-  Signal(Kind::kAgent, host, signal);
+  if (!processes_.at(IndexOf(Program::kAgent)).at(host)) return;
+  Signal(Program::kAgent, host, signal);
   for (const Worker& worker : WorkersOn(host)) {
     if (const auto found = host::Process::Adopt(worker.pid, worker.start_time); found.ok()) found->Signal(signal);
   }

@@ -3,8 +3,8 @@
 // programs can be killed or stopped, and any link cut, one way or both.
 //
 //   auto stage = LastingStage::Start(network, folder);
-//   (*stage)->Kill(Kind::kControl, 0);
-//   (*stage)->Restart(Kind::kControl, 0);
+//   (*stage)->Kill(Program::kControl, 0);
+//   (*stage)->Restart(Program::kControl, 0);
 //
 // Thread rule: one thread starts, strikes and ends it; `control`, `WorkersOn` from any.
 #pragma once
@@ -30,7 +30,7 @@ inline constexpr std::uint32_t kLastingControls = 3, kLastingHosts = 3;
 
 class LastingStage {
  public:
-  enum class Kind { kControl, kEtcd, kAgent };
+  enum class Program { kControl, kEtcd, kAgent };
   // A worker that a host's agent keeps.
   struct Worker {
     std::string name;  // "inst-1/2#7": instance, region, incarnation
@@ -63,34 +63,34 @@ class LastingStage {
   std::optional<std::uint32_t> Leader() const;
   std::vector<Worker> WorkersOn(std::uint32_t host) const;
 
-  void Signal(Kind kind, std::uint32_t which, int signal) const;
-  void Kill(Kind kind, std::uint32_t which);
+  void Signal(Program program, std::uint32_t which, int signal) const;
+  void Kill(Program program, std::uint32_t which);
   // One that was killed comes back with what it had stored; one that runs is let be.
-  absl::Status Restart(Kind kind, std::uint32_t which);
+  absl::Status Restart(Program program, std::uint32_t which);
   // The agent and all its workers.
   void SignalHost(std::uint32_t host, int signal) const;
   // The last lines of the program's log.
-  std::string LastWords(Kind kind, std::uint32_t which) const;
+  std::string LastWords(Program program, std::uint32_t which) const;
 
  private:
   LastingStage(const local::HostNetwork& network, std::string folder) : network_(network), folder_(std::move(folder)) {}
   absl::Status MakeEtcdCertificate() const;
-  absl::Status Launch(Kind kind, std::uint32_t which);
-  absl::Status Await(Kind kind, std::uint32_t which);
+  absl::Status Launch(Program program, std::uint32_t which);
+  absl::Status Await(Program program, std::uint32_t which);
   absl::Status StartControls();
   absl::Status TakeRights();
   absl::Status StartHosts();
-  std::vector<std::string> Arguments(Kind kind, std::uint32_t which) const;
-  std::string Path(Kind kind, std::uint32_t which, const char* after) const;
+  std::vector<std::string> Arguments(Program program, std::uint32_t which) const;
+  std::string Path(Program program, std::uint32_t which, const char* after) const;
   std::string EtcdEndpoints() const;
-  host::ChildProcess& process(Kind kind, std::uint32_t which) const;
+  host::ChildProcess& process(Program program, std::uint32_t which) const;
 
   const local::HostNetwork& network_;
   const std::string folder_;
   std::unique_ptr<control::EtcdClient> etcd_;
   trust::ControlPoint control_;
   std::string players_;
-  mutable std::array<std::array<std::optional<host::ChildProcess>, 3>, 3> processes_;  // by kind
+  mutable std::array<std::array<std::optional<host::ChildProcess>, 3>, 3> processes_;  // by program
 };
 
 }  // namespace tessera::bench

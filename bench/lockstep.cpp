@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bench/engine.h"
+#include "bench/thread_cpu.h"
 
 namespace tessera::bench {
 

@@ -36,15 +36,15 @@ constexpr PeopleSize kPeopleQuick{.starts = 3,
                                   .swarm_span_s = 3,
                                   .page_rounds = 2};
 
-struct Scene {
+struct PeopleScene {
   const char* name;
   absl::Status (*run)(const PeopleSize&, Report&);
 };
 
-constexpr Scene kPeopleScenes[] = {{"ready", RunReady}, {"viewers", RunViewers}, {"slow", RunSlowViewers},
-                                   {"gap", RunGap},     {"swarm", RunSwarm},     {"page", RunPage}};
+constexpr PeopleScene kPeopleScenes[] = {{"ready", RunReady}, {"viewers", RunViewers}, {"slow", RunSlowViewers},
+                                         {"gap", RunGap},     {"swarm", RunSwarm},     {"page", RunPage}};
 
-absl::Status Try(const Scene& scene, const PeopleSize& size, Report& report) {
+absl::Status Try(const PeopleScene& scene, const PeopleSize& size, Report& report) {
   try {
     return scene.run(size, report);
   } catch (const std::exception& error) {  // a program could not be started
@@ -57,7 +57,7 @@ absl::Status Try(const Scene& scene, const PeopleSize& size, Report& report) {
 absl::Status RunPeople(const SuiteOptions& options, Report& report) {
   const PeopleSize& size = options.quick ? kPeopleQuick : kPeopleFull;
   absl::Status worst = absl::OkStatus();
-  for (const Scene& scene : kPeopleScenes) {
+  for (const PeopleScene& scene : kPeopleScenes) {
     if (std::string(scene.name).find(options.only) == std::string::npos) continue;
     // A scene that fails is reported, and leaves the others their turn.
     const absl::Status status = Try(scene, size, report);

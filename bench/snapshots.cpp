@@ -1,6 +1,5 @@
 #include "bench/snapshots.h"
 
-#include <ctime>
 #include <deque>
 #include <numeric>
 
@@ -11,6 +10,7 @@
 #include "bench/snapshots_scale.h"
 #include "bench/snapshots_trace.h"
 #include "bench/statistics.h"
+#include "bench/thread_cpu.h"
 #include "core/replication/codec/dense_codec.h"
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/snapshot.h"
@@ -32,12 +32,6 @@ constexpr double kGravity_m_s2 = -20;
 // As in the reference, rates count what is sent of the cubes: sequence numbers, ticks and checksums come on top, much
 // the same for all coders. Of a dense frame those are format, three references, tick and checksum.
 constexpr std::size_t FrameHeaderBytes(Tick tick) { return 1 + 3 + (tick.value() < 128 ? 1 : 2) + 4; }
-
-double CpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
 
 // One codec over the whole trace.
 struct Cost {
@@ -89,17 +83,17 @@ absl::StatusOr<Cost> RunPacker(const CubeTrace& trace, PackerStep step) {
   Cost cost;
   for (std::size_t t = kFirst; t < trace.ticks.size(); ++t) {
     const CubeStates &now = trace.ticks[t], &base = trace.ticks[t - kAge];
-    const double begin = CpuSeconds();
+    const double begin = ThreadCpuSeconds();
     BitWriter writer;
     const PackedBits bits = PackCubes(writer, step, now, base);
     const Bytes bytes = writer.Finish();
-    const double written = CpuSeconds();
+    const double written = ThreadCpuSeconds();
     cost.encode_us.push_back((written - begin) * 1e6);
     if (bytes.size() != (bits.total() + 7) / 8) return absl::InternalError("bit packer: miscounted its bits");
     if (step == PackerStep::kRelativeOrientation) {
       CubeStates got;
       const bool ok = UnpackCubes(bytes, base, got);
-      cost.decode_us.push_back((CpuSeconds() - written) * 1e6);
+      cost.decode_us.push_back((ThreadCpuSeconds() - written) * 1e6);
       if (!ok || got != now) return Differs("bit packer", t);
     }
     cost.bytes.push_back(static_cast<double>(bytes.size()));
@@ -120,14 +114,14 @@ class FastPass {
   absl::StatusOr<Cost> Run() {
     Cost cost;
     for (std::size_t t = kFirst; t < trace_.ticks.size(); ++t) {
-      const double begin = CpuSeconds();
+      const double begin = ThreadCpuSeconds();
       Pack(t);
-      const double packed = CpuSeconds();
+      const double packed = ThreadCpuSeconds();
       const Bytes bytes = Assemble();
-      const double assembled = CpuSeconds();
+      const double assembled = ThreadCpuSeconds();
       CubeStates got;
       const bool ok = Read(bytes, t, got);
-      cost.decode_us.push_back((CpuSeconds() - assembled) * 1e6);
+      cost.decode_us.push_back((ThreadCpuSeconds() - assembled) * 1e6);
       if (!ok || got != trace_.ticks[t]) return Differs("fast coder", t);
       cost.encode_us.push_back((assembled - begin) * 1e6);
       shared_us.push_back((assembled - packed) * 1e6);
@@ -205,15 +199,15 @@ absl::StatusOr<Cost> RunDense(const CubeTrace& trace, std::size_t age, std::size
   Cost cost;
   for (std::size_t t = 0; t < trace.ticks.size(); ++t) {
     DenseFrame frame = FrameOf(trace, t);
-    const double begin = CpuSeconds();
+    const double begin = ThreadCpuSeconds();
     const DenseCodec::Encoded encoded = codec.Encode(
         std::move(frame), {.base = at(sent, age), .older = at(sent, age + gap), .oldest = at(sent, age + gap + gap2)});
-    const double written = CpuSeconds();
+    const double written = ThreadCpuSeconds();
     const auto decoded = codec.Decode(encoded.bytes, [&](Tick tick) {
       const auto back = static_cast<std::size_t>(encoded.kept->frame.tick - tick);
       return at(got, back);
     });
-    const double read = CpuSeconds();
+    const double read = ThreadCpuSeconds();
     if (!decoded.ok()) return decoded.status();
     if ((*decoded)->frame.bodies != FrameOf(trace, t).bodies) return Differs("dense coder", t);
     sent.push_front(encoded.kept);

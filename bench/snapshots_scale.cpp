@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <deque>
 #include <map>
 #include <memory>
@@ -10,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "bench/acknowledger.h"
+#include "bench/thread_cpu.h"
 #include "core/replication/input.h"
 #include "core/replication/interest.h"
 #include "core/replication/quantize.h"
@@ -30,12 +30,6 @@ constexpr std::uint64_t kTicks = 2;      // a snapshot
 // All take turns on one core, so seconds may pass between two words of a client.
 constexpr milliseconds kPatience{60'000};
 constexpr char kInstance[] = "scale-1";
-
-double CpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
 
 SnapshotSettings ScaleSettings() {
   SnapshotSettings settings;
@@ -172,9 +166,9 @@ class Scale {
     std::vector<std::optional<Vec3d>> places;
     places.reserve(near_.size());
     for (const Near& client : near_) places.push_back(far_[client.number]->Walk());
-    const double begin = CpuSeconds();
+    const double begin = ThreadCpuSeconds();
     history_.Push(Tick(tick_ += kTicks), field_.changed(), {});
-    double mark = CpuSeconds();
+    double mark = ThreadCpuSeconds();
     parts.push_s += mark - begin;
     const std::vector<std::uint32_t> order = NeighboursInARow(places, kRadius_m);
     for (std::size_t i = 0; i < order.size(); ++i) {
@@ -182,26 +176,26 @@ class Scale {
       const std::uint32_t at = order[i];
       Near& client = near_[at];
       const WrittenSnapshot written = client.sender.Write(history_, {.centre = places[at]}, 0, 0);
-      const double wrote = CpuSeconds();
+      const double wrote = ThreadCpuSeconds();
       parts.write_s += wrote - mark;
       for (const Bytes& bytes : written.datagrams) {
         if (endpoint_->Send(client.peer, net::Delivery::kUnsequenced, bytes).ok()) parts.bytes += bytes.size();
       }
-      mark = CpuSeconds();
+      mark = ThreadCpuSeconds();
       parts.send_s += mark - wrote;
       parts.datagrams += written.datagrams.size();
       parts.records += written.bodies;
       parts.deferred += written.deferred;
     }
     endpoint_->Flush();
-    parts.send_s += CpuSeconds() - mark;
+    parts.send_s += ThreadCpuSeconds() - mark;
     for (const auto& far : far_) {
       far->Service();
       far->Answer();
     }
-    const double before = CpuSeconds();
+    const double before = ThreadCpuSeconds();
     Receive();
-    parts.receive_s += CpuSeconds() - before;
+    parts.receive_s += ThreadCpuSeconds() - before;
   }
 
   double moving_share() {

@@ -20,7 +20,7 @@ constexpr double kDrive_n = 120;
 // The script of the player: keys are let go when it is this fast, and turned about at this edge. Chosen, with the
 // lengths of its phases, so that the bit packer needs per cube what is published: 5.5, 26.1 and 23.3 bits.
 constexpr double kCruise_m_s = 12, kEdge_m = 11;
-constexpr double kMaxSpeed_m_s = 32, kMaxSpin_rad_s = 16;
+constexpr double kTraceSpeed_m_s = 32, kMaxSpin_rad_s = 16;
 constexpr BodyId kPlayer(1), kGround(10'000);
 
 BodyDef Cube(BodyId id, double side_m, Vec3d position) {
@@ -149,7 +149,7 @@ class Playground {
 
   void HoldSpeed(BodyId id) {
     BodyState state = world_.StateOf(id);
-    const Vec3f linear = Held(state.linear_velocity, kMaxSpeed_m_s),
+    const Vec3f linear = Held(state.linear_velocity, kTraceSpeed_m_s),
                 angular = Held(state.angular_velocity, kMaxSpin_rad_s);
     if (linear == state.linear_velocity && angular == state.angular_velocity) return;
     state.linear_velocity = linear;

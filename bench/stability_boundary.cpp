@@ -7,6 +7,7 @@
 #include <map>
 
 #include "bench/stability_stage.h"
+#include "bench/thread_cpu.h"
 #include "core/physics/world.h"
 #include "core/world/scene_load.h"
 #include "core/world/state_check.h"

@@ -6,13 +6,14 @@
 #include <limits>
 
 #include "bench/stability_stage.h"
+#include "bench/thread_cpu.h"
 #include "core/physics/world.h"
 #include "scenes/measured/impacts.h"
 
 namespace tessera::bench {
 namespace {
 
-constexpr double kSeconds = 0.3;
+constexpr double kFlight_s = 0.3;
 
 // Over so many offsets of the start by parts of one step's way: calls look(run, shot) after each run.
 template <class Make, class Look>
@@ -45,7 +46,7 @@ absl::Status Escapes(Stage& stage) {
     const std::string config = fmt::format("speed={:g} wall={:g}", wall.speed_m_s, 2 * wall.half_thickness_m);
     int escapes = 0;
     const absl::Status status = Shoot(
-        stage, "ccd_ball", config, shots, kSeconds,
+        stage, "ccd_ball", config, shots, kFlight_s,
         [&](double offset) { return scenes::ShotAtWall(wall.speed_m_s, wall.half_thickness_m, offset); },
         [&](const Run& run, const scenes::Shot& shot) { escapes += Escaped(run, shot); });
     if (!status.ok()) return status;
@@ -60,7 +61,7 @@ absl::Status RodEscapes(Stage& stage) {
     const std::string config = fmt::format("speed={:g} wall=0.01", speed);
     int escapes = 0;
     const absl::Status status = Shoot(
-        stage, "ccd_rod", config, shots, kSeconds,
+        stage, "ccd_rod", config, shots, kFlight_s,
         [&](double offset) { return scenes::SpinningRodAtWall(speed, offset); },
         [&](const Run& run, const scenes::Shot& shot) { escapes += Escaped(run, shot); });
     if (!status.ok()) return status;
@@ -92,7 +93,7 @@ absl::Status Rebounds(Stage& stage) {
   constexpr double kSpeed = 500;
   double worst = 0;
   const absl::Status status = Shoot(
-      stage, "ccd_rebound", "speed=500", stage.Repeats(100, 10), kSeconds,
+      stage, "ccd_rebound", "speed=500", stage.Repeats(100, 10), kFlight_s,
       [](double offset) { return scenes::ShotAtWall(kSpeed, 0.1, offset, 1); },
       [&](const Run& run, const scenes::Shot& shot) {
         const BodyState state = run.StateOf(shot.bullet);
@@ -110,7 +111,7 @@ absl::Status HeadOns(Stage& stage) {
     double worst = 0;
     int escapes = 0;
     const absl::Status status = Shoot(
-        stage, "ccd_head_on", config, stage.Repeats(200, 20), kSeconds,
+        stage, "ccd_head_on", config, stage.Repeats(200, 20), kFlight_s,
         [&](double offset) { return scenes::HeadOn(speed, offset); },
         [&](const Run& run, const scenes::Shot& shot) {
           const BodyState one = run.StateOf(shot.bullet), other = run.StateOf(BodyId(shot.bullet.value() + 1));
@@ -131,7 +132,7 @@ absl::Status NearMisses(Stage& stage) {
     const std::string config = fmt::format("speed={:g}", speed);
     double worst = 0;
     const absl::Status status = Shoot(
-        stage, "ccd_miss", config, stage.Repeats(200, 20), kSeconds,
+        stage, "ccd_miss", config, stage.Repeats(200, 20), kFlight_s,
         [&](double offset) { return scenes::NearMiss(speed, offset); },
         [&](const Run& run, const scenes::Shot& shot) {
           const Vec3d v(run.StateOf(shot.bullet).linear_velocity);

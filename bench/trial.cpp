@@ -1,4 +1,5 @@
 #include "bench/trial.h"
+#include "bench/thread_cpu.h"
 
 #include <fmt/format.h>
 

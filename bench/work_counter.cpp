@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "bench/engine.h"
+#include "bench/thread_cpu.h"
 
 namespace tessera::bench {
 
