@@ -53,8 +53,7 @@ std::uint64_t BitReader::Read32(int bits) {
   return (window >> shift) & LowBits(bits);
 }
 
-std::uint64_t BitReader::Read(int bits) {
-  assert(bits >= 0 && bits <= 64);
+std::uint64_t BitReader::ReadSlowly(int bits) {
   if (bits <= 32) return Read32(bits);
   const std::uint64_t low = Read32(32);
   return low | Read32(bits - 32) << 32;
@@ -63,21 +62,12 @@ std::uint64_t BitReader::Read(int bits) {
 std::uint64_t BitReader::ReadVarint() {
   std::uint64_t value = 0;
   for (int shift = 0; shift < 64; shift += 7) {
-    const std::uint64_t group = Read32(8);
+    const std::uint64_t group = Read(8);
     value |= (group & 0x7f) << shift;
     if ((group & 0x80) == 0) return value;
   }
   ok_ = false;  // longer than any 64-bit number
   return 0;
-}
-
-std::uint64_t BitReader::ReadBanded(Bands bands) {
-  std::uint64_t before = 0;
-  for (const std::uint8_t bits : bands) {
-    if (!ReadBit()) return before + Read(bits);
-    before += std::uint64_t{1} << bits;
-  }
-  return before + ReadVarint();
 }
 
 bool BitReader::AtEnd() {

@@ -11,8 +11,10 @@
 // end, and wherever a value it has read sizes a loop. A writer trusts its caller. Thread rule: one thread at a time.
 #pragma once
 
+#include <bit>
 #include <cassert>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -84,21 +86,57 @@ class BitWriter {
 
 class BitReader {
  public:
-  explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  // Bits of a Word that are sure to be there.
+  static constexpr int kWordBits = 57;
 
-  std::uint64_t Read(int bits);  // 0 to 64
+  explicit BitReader(std::span<const std::uint8_t> bytes)
+      : bytes_(bytes), words_end_(bytes.size() < 8 ? 0 : (bytes.size() - 7) * 8) {}
+
+  std::uint64_t Read(int bits) {  // 0 to 64
+    assert(bits >= 0 && bits <= 64);
+    if (!HasWord() || bits > kWordBits) return ReadSlowly(bits);
+    const std::uint64_t value = Word() & ((std::uint64_t{1} << bits) - 1);
+    Skip(bits);
+    return value;
+  }
   bool ReadBit() { return Read(1) != 0; }
   std::uint64_t ReadVarint();
-  std::uint64_t ReadBanded(Bands bands);
+  std::uint64_t ReadBanded(Bands bands) {
+    std::uint64_t before = 0;
+    for (const std::uint8_t bits : bands) {
+      if (!ReadBit()) return before + Read(bits);
+      before += std::uint64_t{1} << bits;
+    }
+    return before + ReadVarint();
+  }
+
+  // Whether so much is left that the next bits can be had at once, before it is known how many of them are wanted.
+  bool HasWord() const { return position_ < words_end_; }
+  // The next bits, kWordBits of them or more. Requires HasWord().
+  std::uint64_t Word() const {
+    assert(HasWord());
+    const std::uint8_t* const at = bytes_.data() + position_ / 8;
+    std::uint64_t word = 0;
+    if constexpr (std::endian::native == std::endian::little) {
+      std::memcpy(&word, at, sizeof word);
+    } else {
+      for (std::size_t i = 0; i < sizeof word; ++i) word |= std::uint64_t{at[i]} << (8 * i);
+    }
+    return word >> (position_ % 8);
+  }
+  // Goes past bits of a Word, kWordBits at most.
+  void Skip(int bits) { position_ += static_cast<std::size_t>(bits); }
 
   bool ok() const { return ok_; }
   // True if nothing but the zeros that fill the last byte is left.
   bool AtEnd();
 
  private:
+  std::uint64_t ReadSlowly(int bits);
   std::uint64_t Read32(int bits);
 
   std::span<const std::uint8_t> bytes_;
+  std::size_t words_end_;     // in bits: eight bytes follow from any position before it
   std::size_t position_ = 0;  // in bits
   bool ok_ = true;
 };

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <random>
 
@@ -83,6 +84,27 @@ TEST(BitStreamTest, ReadingPastTheEndGivesZerosAndIsNotOk) {
   EXPECT_TRUE(nothing.AtEnd());
   EXPECT_FALSE(nothing.ReadBit());
   EXPECT_FALSE(nothing.ok());
+}
+
+// Most reads take a word of bytes at once; those close to the end cannot.
+TEST(BitStreamTest, ReadsTheSameCloseToTheEndAsFarFromIt) {
+  std::mt19937_64 random(2);
+  for (std::size_t size = 0; size <= 24; ++size) {
+    std::vector<std::uint8_t> bytes(size), longer(size + 16);
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+    std::copy(bytes.begin(), bytes.end(), longer.begin());
+    for (int round = 0; round < 200; ++round) {
+      BitReader close(bytes), far(longer);
+      for (std::size_t left = size * 8; left > 0;) {
+        const int bits = static_cast<int>(random() % (std::min<std::size_t>(left, 64) + 1));
+        ASSERT_EQ(close.Read(bits), far.Read(bits)) << size << " bytes, " << left << " bits left";
+        left -= static_cast<std::size_t>(bits);
+      }
+      ASSERT_TRUE(close.ok() && close.AtEnd());
+      ASSERT_EQ(close.Read(1), 0u);
+      ASSERT_FALSE(close.ok());
+    }
+  }
 }
 
 TEST(BitStreamTest, AVarintThatNeverEndsIsNotOk) {

@@ -32,7 +32,7 @@ void AppendGolomb(PackedRecord& record, std::int64_t residual, int k) {
   record.Append(rest, bits);
 }
 
-bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual) {
+bool ReadGolombSlowly(BitReader& reader, int k, int max_bits, std::int64_t& residual) {
   int n = 0;
   while (reader.ReadBit()) {
     if (k + ++n > max_bits) return false;

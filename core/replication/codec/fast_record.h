@@ -22,6 +22,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cassert>
 
 #include "core/replication/bit_stream.h"
@@ -61,7 +62,17 @@ struct PackedRecord {
 
 // eg(k). Reading: false where the residual has more than `max_bits`.
 void AppendGolomb(PackedRecord& record, std::int64_t residual, int k);
-bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual);
+bool ReadGolombSlowly(BitReader& reader, int k, int max_bits, std::int64_t& residual);
+inline bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual) {
+  if (!reader.HasWord()) return ReadGolombSlowly(reader, k, max_bits, residual);
+  const std::uint64_t word = reader.Word();
+  const int n = std::countr_one(word), low = k + n, whole = n + 1 + low;
+  if (whole > BitReader::kWordBits || low > max_bits) return ReadGolombSlowly(reader, k, max_bits, residual);
+  reader.Skip(whole);
+  const std::uint64_t top = std::uint64_t{1} << low;
+  residual = UnZigZag(((word >> (n + 1) & (top - 1)) | top) - (std::uint64_t{1} << k));
+  return true;
+}
 
 // Velocities are left out. `limit`: Quantizer::orientation_limit().
 PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, const QuantizedState& state,

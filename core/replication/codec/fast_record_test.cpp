@@ -162,5 +162,32 @@ TEST_F(FastRecordTest, GolombCodesEndWhereTheirNumbersDo) {
   }
 }
 
+// Short codes are read out of one word, long ones and the last ones bit by bit.
+TEST_F(FastRecordTest, GolombCodesOfAnyLengthFollowEachOther) {
+  constexpr int kMaxBits = 47;
+  std::mt19937_64 random(5);
+  for (int round = 0; round < 300; ++round) {
+    std::vector<std::pair<std::int64_t, int>> numbers;
+    BitWriter writer;
+    for (int i = 0; i < 30; ++i) {
+      const int bits = 1 + static_cast<int>(random() % 46), k = static_cast<int>(random() % 21);
+      numbers.emplace_back(UnZigZag(random() >> (64 - bits)), k);
+      PackedRecord packed;
+      AppendGolomb(packed, numbers.back().first, k);
+      packed.AppendTo(writer);
+    }
+    const std::vector<std::uint8_t> bytes = writer.Finish();
+    BitReader reader(bytes), truncated({bytes.data(), bytes.size() - 1});
+    for (const auto& [number, k] : numbers) {
+      std::int64_t got = 0;
+      ASSERT_TRUE(ReadGolomb(reader, k, kMaxBits, got));
+      ASSERT_EQ(got, number) << "k " << k;
+      (void)ReadGolomb(truncated, k, kMaxBits, got);
+    }
+    ASSERT_TRUE(reader.AtEnd());
+    ASSERT_FALSE(truncated.ok());
+  }
+}
+
 }  // namespace
 }  // namespace tessera::replication
