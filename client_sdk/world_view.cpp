@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "client_sdk/blend.h"
 
@@ -11,19 +12,6 @@ namespace {
 // States of a body that are kept for showing: over a second at 30 a second.
 constexpr std::size_t kMaxSamples = 40;
 
-Pose PoseOf(const BodyState& state) { return {state.position, state.orientation}; }
-
-Pose Ahead(const BodyState& state, double seconds) {
-  const Vec3d turn = Vec3d(state.angular_velocity) * seconds;
-  const double angle = Length(turn);
-  Quatd rotation;
-  if (angle > 0) {
-    const Vec3d axis = turn * (std::sin(angle / 2) / angle);
-    rotation = {axis.x, axis.y, axis.z, std::cos(angle / 2)};
-  }
-  return {state.position + Vec3d(state.linear_velocity) * seconds, Normalized(rotation * state.orientation)};
-}
-
 // Bytes that nobody can have set say nothing.
 PropertySet SetFrom(const std::shared_ptr<const replication::Bytes>& bytes, std::span<const PropertyDef> defs) {
   if (bytes == nullptr || bytes->empty()) return {};
@@ -31,6 +19,17 @@ PropertySet SetFrom(const std::shared_ptr<const replication::Bytes>& bytes, std:
 }
 
 double AsDouble(Tick tick) { return static_cast<double>(tick.value()); }
+
+Pose Ahead(const Pose& pose, Vec3f linear_velocity, Vec3f angular_velocity, double seconds) {
+  const Vec3d turn = Vec3d(angular_velocity) * seconds;
+  const double angle = Length(turn);
+  Quatd rotation;
+  if (angle > 0) {
+    const Vec3d axis = turn * (std::sin(angle / 2) / angle);
+    rotation = {axis.x, axis.y, axis.z, std::cos(angle / 2)};
+  }
+  return {pose.position + Vec3d(linear_velocity) * seconds, Normalized(rotation * pose.orientation)};
+}
 
 }  // namespace
 
@@ -59,51 +58,77 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
   Track& track = at->second;
   if (fresh) {
     track.seen = &seen_.emplace(body.id, SeenBody{body.id, from, body.epoch, tick, body.state}).first->second;
+    disordered_ = true;
   }
   SeenBody& seen = *track.seen;
   if (!fresh && body.epoch < seen.epoch) return;
   const bool new_owner = !fresh && body.epoch > seen.epoch;
-  AddSample(track, {tick, body.state, body.traits.jumps}, new_owner);
+  const BodyState& state = body.state;
+  AddSample(track,
+            {tick,
+             {state.position, state.orientation},
+             state.linear_velocity,
+             state.angular_velocity,
+             AtRest(state),
+             body.traits.jumps},
+            new_owner);
   track.expires.reset();
-  // The first record of an ownership has all properties; later ones have them where they are new.
-  auto properties = body.properties;
-  if (properties == nullptr && !new_owner) properties = seen.properties;
-  const auto before = std::move(seen.properties);
   if (fresh || new_owner || tick > seen.tick) {
-    seen = {body.id, from, body.epoch, tick, body.state, nullptr, body.traits.jumps, body.traits.tuning};
+    seen.region = from;
+    seen.epoch = body.epoch;
+    seen.tick = tick;
+    seen.state = state;
+    seen.jumps = body.traits.jumps;
+    seen.tuning = body.traits.tuning;
   }
-  seen.properties = std::move(properties);
   if (fresh) {
+    seen.properties = body.properties;
     events.push_back({.kind = ClientEvent::Kind::kAppeared, .body = body.id, .region = from});
-  } else if (before != seen.properties) {
-    const PropertySet was = SetFrom(before, properties_), is = SetFrom(seen.properties, properties_);
-    for (const std::string_view name : ChangedProperties(properties_, was, is)) {
-      events.push_back({.kind = ClientEvent::Kind::kPropertyChanged,
-                        .body = body.id,
-                        .region = from,
-                        .property = std::string(name)});
-    }
+  } else if (body.properties != nullptr || new_owner) {
+    // The first record of an ownership has all properties; later ones have them where they are new.
+    TakeProperties(from, seen, body.properties, events);
   }
+}
+
+void WorldView::TakeProperties(RegionId from, SeenBody& seen, std::shared_ptr<const replication::Bytes> properties,
+                               std::vector<ClientEvent>& events) const {
+  const auto before = std::exchange(seen.properties, std::move(properties));
+  if (before == seen.properties) return;
+  const PropertySet was = SetFrom(before, properties_), is = SetFrom(seen.properties, properties_);
+  for (const std::string_view name : ChangedProperties(properties_, was, is)) {
+    events.push_back(
+        {.kind = ClientEvent::Kind::kPropertyChanged, .body = seen.id, .region = from, .property = std::string(name)});
+  }
+}
+
+// Before one more is added at the end. Half of them have to be over, so that not each one moves all others.
+void WorldView::MakeRoom(Track& track) {
+  if (track.samples.size() < track.samples.capacity() || 2 * track.first < track.samples.size()) return;
+  track.samples.erase(track.samples.begin(), track.samples.begin() + static_cast<std::ptrdiff_t>(track.first));
+  track.first = 0;
 }
 
 void WorldView::AddSample(Track& track, const Sample& fresh, bool new_owner) const {
   const Tick tick = fresh.tick;
   std::vector<Sample>& samples = track.samples;
   // States of an earlier owner from the new one's time do not count.
-  while (new_owner && !samples.empty() && samples.back().tick >= tick) samples.pop_back();
-  if (!samples.empty() && samples.back().tick >= tick) {
-    const auto at = std::lower_bound(samples.begin(), samples.end(), tick,
+  while (new_owner && !track.empty() && samples.back().tick >= tick) samples.pop_back();
+  MakeRoom(track);
+  if (!track.empty() && samples.back().tick >= tick) {
+    const auto at = std::lower_bound(samples.begin() + static_cast<std::ptrdiff_t>(track.first), samples.end(), tick,
                                      [](const Sample& sample, Tick t) { return sample.tick < t; });
     if (at->tick != tick) samples.insert(at, fresh);
     return;
   }
   // A body at rest is not sent, so it stood until the snapshot before this one: it must not glide through its rest.
   const auto interval = static_cast<std::uint64_t>(std::ceil(snapshot_ticks_));
-  if (!samples.empty() && AtRest(samples.back().state) && samples.back().tick + interval < tick) {
-    samples.push_back({Tick(tick.value() - interval), samples.back().state, samples.back().jumps});
+  if (!track.empty() && samples.back().at_rest && samples.back().tick + interval < tick) {
+    Sample stood = samples.back();
+    stood.tick = Tick(tick.value() - interval);
+    samples.push_back(stood);
   }
   samples.push_back(fresh);
-  if (samples.size() > kMaxSamples) samples.erase(samples.begin(), samples.end() - kMaxSamples);
+  if (track.count() > kMaxSamples) track.first = samples.size() - kMaxSamples;
 }
 
 void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord& departure,
@@ -125,9 +150,9 @@ void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord&
   found->second.seen->region = departure.to;
   const auto connection = connected_.find(departure.to);
   if (connection == connected_.end()) {  // it may be too far away to be connected to, or about to be connected
-    found->second.expires = now + kOrphaned;
+    ExpireAt(found->second, now + kOrphaned);
   } else if (connection->second) {  // a lost region cannot send it, so it stays
-    found->second.expires = now + kGrace;
+    ExpireAt(found->second, now + kGrace);
   }
 }
 
@@ -140,7 +165,7 @@ void WorldView::Clear(std::vector<ClientEvent>& events) {
 void WorldView::RegionBegins(TimePoint now, RegionId region) {
   connected_[region] = true;
   for (auto& [id, track] : tracks_) {
-    if (track.seen->region == region) track.expires = now + kGrace;
+    if (track.seen->region == region) ExpireAt(track, now + kGrace);
   }
 }
 
@@ -154,7 +179,7 @@ void WorldView::RegionLost(RegionId region) {
 void WorldView::RegionGone(TimePoint now, RegionId region) {
   connected_.erase(region);
   for (auto& [id, track] : tracks_) {
-    if (track.seen->region == region) track.expires = now + kOrphaned;
+    if (track.seen->region == region) ExpireAt(track, now + kOrphaned);
   }
 }
 
@@ -167,10 +192,22 @@ void WorldView::RegionOutOfSight(RegionId region, std::vector<ClientEvent>& even
   for (const BodyId id : gone) Vanish(id, events);
 }
 
+void WorldView::ExpireAt(Track& track, TimePoint at) {
+  track.expires = at;
+  first_expiry_ = std::min(first_expiry_, at);
+}
+
 void WorldView::Expire(TimePoint now, std::vector<ClientEvent>& events) {
+  if (now < first_expiry_) return;
+  first_expiry_ = TimePoint::max();
   std::vector<BodyId> gone;
-  for (const auto& [id, track] : tracks_) {
-    if (track.expires.has_value() && *track.expires <= now) gone.push_back(id);
+  for (const Track* track : InOrder()) {
+    if (!track->expires.has_value()) continue;
+    if (*track->expires <= now) {
+      gone.push_back(track->seen->id);
+    } else {
+      first_expiry_ = std::min(first_expiry_, *track->expires);
+    }
   }
   for (const BodyId id : gone) Vanish(id, events);
 }
@@ -179,6 +216,16 @@ void WorldView::Vanish(BodyId body, std::vector<ClientEvent>& events) {
   events.push_back({.kind = ClientEvent::Kind::kVanished, .body = body, .region = seen_.at(body).region});
   seen_.erase(body);
   tracks_.erase(body);
+  disordered_ = true;
+}
+
+const std::vector<WorldView::Track*>& WorldView::InOrder() {
+  if (!disordered_) return in_order_;
+  in_order_.clear();
+  in_order_.reserve(seen_.size());
+  for (const auto& [id, body] : seen_) in_order_.push_back(&tracks_.at(id));
+  disordered_ = false;
+  return in_order_;
 }
 
 std::optional<RegionId> WorldView::OwnerOf(BodyId body) const {
@@ -190,29 +237,29 @@ std::optional<RegionId> WorldView::OwnerOf(BodyId body) const {
 std::vector<ShownBody> WorldView::At(double tick, double rate_hz) {
   std::vector<ShownBody> shown;
   shown.reserve(tracks_.size());
-  for (auto& [id, track] : tracks_) shown.push_back(Show(id, track, tick, rate_hz));
+  for (Track* track : InOrder()) shown.push_back(Show(*track, tick, rate_hz));
   return shown;
 }
 
-ShownBody WorldView::Show(BodyId id, Track& track, double tick, double rate_hz) {
-  std::vector<Sample>& samples = track.samples;
-  std::size_t over = 0;
-  while (over + 1 < samples.size() && AsDouble(samples[over + 1].tick) <= tick) ++over;
-  if (over > 0) samples.erase(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(over));
-  const Sample& before = samples.front();
+ShownBody WorldView::Show(Track& track, double tick, double rate_hz) {
+  const BodyId id = track.seen->id;
+  const std::vector<Sample>& samples = track.samples;
+  while (track.first + 1 < samples.size() && AsDouble(samples[track.first + 1].tick) <= tick) ++track.first;
+  const Sample& before = samples[track.first];
   const double past = tick - AsDouble(before.tick);
-  if (past <= 0 || (samples.size() == 1 && AtRest(before.state))) return {id, PoseOf(before.state), false};
-  if (samples.size() > 1) {
-    const Sample& after = samples[1];
+  if (past <= 0 || (track.count() == 1 && before.at_rest)) return {id, before.pose, false};
+  if (track.count() > 1) {
+    const Sample& after = samples[track.first + 1];
     // It was put elsewhere: it is not shown on a way that it did not go.
-    if (after.jumps != before.jumps) return {id, PoseOf(before.state), false};
+    if (after.jumps != before.jumps) return {id, before.pose, false};
     const double share = past / AsDouble(Tick(static_cast<std::uint64_t>(after.tick - before.tick)));
-    return {id, Between(PoseOf(before.state), PoseOf(after.state), share), false};
+    return {id, Between(before.pose, after.pose, share), false};
   }
   ++extrapolations_;
   // Ticks are the world's own seconds, whatever its rate on the wall.
   const double limit_ticks = std::chrono::duration<double>(Client::kMaxExtrapolation).count() * rate_hz;
-  return {id, Ahead(before.state, std::min(past, limit_ticks) / tick_rate_hz_), true};
+  const double seconds = std::min(past, limit_ticks) / tick_rate_hz_;
+  return {id, Ahead(before.pose, before.linear_velocity, before.angular_velocity, seconds), true};
 }
 
 }  // namespace tessera::client

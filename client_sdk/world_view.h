@@ -12,7 +12,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "absl/container/btree_map.h"
 #include "client_sdk/client.h"
 #include "core/replication/snapshot.h"
 #include "core/world/limits.h"
@@ -55,26 +54,40 @@ class WorldView {
  private:
   struct Sample {
     Tick tick;
-    BodyState state;
+    Pose pose;
+    Vec3f linear_velocity, angular_velocity;
+    bool at_rest = false;
     std::uint8_t jumps = 0;
   };
   struct Track {
+    std::size_t count() const { return samples.size() - first; }
+    bool empty() const { return count() == 0; }
+
     SeenBody* seen = nullptr;     // among `seen_`
-    std::vector<Sample> samples;  // ascending by tick, never empty
+    std::vector<Sample> samples;  // ascending by tick; from `first` on, never empty
+    std::size_t first = 0;        // those before it are over: their room is taken again once it is needed
     std::optional<TimePoint> expires;
   };
 
   void TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body, std::vector<ClientEvent>& events);
+  void TakeProperties(RegionId from, SeenBody& seen, std::shared_ptr<const replication::Bytes> properties,
+                      std::vector<ClientEvent>& events) const;
   void TakeDeparture(TimePoint now, const replication::DepartureRecord& departure, std::vector<ClientEvent>& events);
-  void AddSample(Track& track, const Sample& sample, bool new_owner) const;
+  void AddSample(Track& track, const Sample& fresh, bool new_owner) const;
+  static void MakeRoom(Track& track);
   void Vanish(BodyId body, std::vector<ClientEvent>& events);
-  ShownBody Show(BodyId id, Track& track, double tick, double rate_hz);
+  void ExpireAt(Track& track, TimePoint at);
+  const std::vector<Track*>& InOrder();
+  ShownBody Show(Track& track, double tick, double rate_hz);
 
   double tick_rate_hz_, snapshot_ticks_;
   std::vector<PropertyDef> properties_;
   std::size_t max_bodies_;
   std::map<BodyId, SeenBody> seen_;
-  absl::btree_map<BodyId, Track> tracks_;      // the same bodies as seen_
+  std::unordered_map<BodyId, Track> tracks_;   // the same bodies as seen_
+  std::vector<Track*> in_order_;               // `tracks_` ascending by id, unless `disordered_`
+  bool disordered_ = false;                    // a body came or went since
+  TimePoint first_expiry_ = TimePoint::max();  // no track expires before
   std::unordered_map<BodyId, Epoch> removed_;  // bodies that are gone for good, with the last epoch that they had
   std::unordered_map<RegionId, bool> connected_;
   std::uint64_t extrapolations_ = 0;

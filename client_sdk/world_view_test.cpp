@@ -239,5 +239,69 @@ TEST_F(WorldViewTest, OrientationTakesTheShorterArc) {
   EXPECT_NEAR(2 * std::atan2(std::abs(q.y), std::abs(q.w)), angle / 2, 1e-3);
 }
 
+// It moves steadily; every fifth state comes after the next one has, and one at which the picture has already been.
+TEST_F(WorldViewTest, IsWhereItWasHoweverManyStatesHaveComeAndGone) {
+  const auto at = [](std::uint64_t tick) { return StateAt(0.5 * static_cast<double>(tick), 30); };
+  Body(kWest, 0, 1, at(0));
+  for (std::uint64_t tick = 2; tick < 1000; tick += 2) {
+    const bool waits = tick % 10 == 0, late = tick % 10 == 2 && tick > 2;
+    if (!waits) Body(kWest, tick, 1, at(tick));
+    if (late) Body(kWest, tick - 2, 1, at(tick - 2));
+    if (late && tick > 20) Body(kWest, tick - 16, 1, at(tick - 16));
+    if (tick < 12 || waits) continue;
+    const double shown = static_cast<double>(tick) - 5.5;
+    ASSERT_NEAR(ShownAt(shown), 0.5 * shown, 1e-9) << tick;
+  }
+  EXPECT_EQ(view.extrapolations(), 0u);
+}
+
+TEST_F(WorldViewTest, BodiesAreShownInTheOrderOfTheirIdsWhoeverComesAndGoes) {
+  const auto shown = [&] {
+    std::vector<std::uint64_t> ids;
+    for (const ShownBody& body : view.At(10, 60)) ids.push_back(body.id.value());
+    return ids;
+  };
+  const auto come = [&](std::initializer_list<std::uint64_t> ids) {
+    ReceivedSnapshot snapshot;
+    snapshot.tick = Tick(10);
+    for (const std::uint64_t id : ids) snapshot.bodies.push_back({BodyId(id), Epoch(1), StateAt(1)});
+    view.Take(kNow, kWest, snapshot, events);
+  };
+  come({5, 9});
+  come({2, 7});
+  EXPECT_EQ(shown(), (std::vector<std::uint64_t>{2, 5, 7, 9}));
+  Departs(kWest, 12, 1, RegionId());
+  EXPECT_EQ(shown(), (std::vector<std::uint64_t>{2, 5, 9}));
+  come({3, 12});
+  EXPECT_EQ(shown(), (std::vector<std::uint64_t>{2, 3, 5, 9, 12}));
+  view.Clear(events);
+  EXPECT_TRUE(shown().empty());
+}
+
+TEST_F(WorldViewTest, EachBodyExpiresAtItsOwnTime) {
+  view.RegionBegins(kNow, kEast);
+  ReceivedSnapshot snapshot;
+  snapshot.tick = Tick(10);
+  for (std::uint64_t id = 6; id <= 9; ++id) snapshot.bodies.push_back({BodyId(id), Epoch(1), StateAt(1)});
+  view.Take(kNow, kWest, snapshot, events);
+  const auto departs = [&](std::chrono::milliseconds after, std::uint64_t id) {
+    ReceivedSnapshot leaving;
+    leaving.tick = Tick(12);
+    leaving.departures.push_back({BodyId(id), Epoch(1), kEast});
+    view.Take(kNow + after, kWest, leaving, events);
+  };
+  constexpr std::chrono::milliseconds kLater{500};
+  departs(kLater, 8);
+  departs(std::chrono::milliseconds(0), 7);
+  departs(std::chrono::milliseconds(0), 6);
+  Body(kEast, 14, 2, StateAt(2));  // 7 has an owner again
+  view.Expire(kNow + WorldView::kGrace, events);
+  EXPECT_FALSE(view.bodies().contains(BodyId(6)));
+  EXPECT_TRUE(view.bodies().contains(BodyId(8)));
+  view.Expire(kNow + WorldView::kGrace + kLater, events);
+  EXPECT_FALSE(view.bodies().contains(BodyId(8)));
+  EXPECT_EQ(view.At(14, 60).size(), 2u) << "7 and 9";
+}
+
 }  // namespace
 }  // namespace tessera::client
