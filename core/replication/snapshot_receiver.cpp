@@ -46,14 +46,23 @@ struct ParsedBody {
   BodyId id;
   Epoch epoch;
   bool full = false;
-  Tick oldest;  // sample used
   bool has_velocities = false;
+  std::uint8_t jumps = 0;  // a change has those of the sample that it was predicted from
+  // A change's body stays where it is, and so does its tuning as long as that ownership lasts. Null: a full record,
+  // which has its own tuning.
+  TrackedBody* tracked = nullptr;
+  Tick oldest;  // sample used
   QuantizedState state;
-  BodyTraits traits;  // from a full record; else from the sample that it was predicted from
+  BodyTuning tuning;
   std::shared_ptr<const Bytes> properties;
 };
 
 struct Parsed {
+  void Clear() {
+    departures.clear();
+    bodies.clear();
+  }
+
   SnapshotHeader header;
   std::vector<DepartureRecord> departures;
   std::vector<ParsedBody> bodies;
@@ -77,28 +86,29 @@ struct SnapshotReceiver::Impl {
         predictor(quantizer, settings, settings.gravity_m_s2),
         velocities(settings) {}
 
-  // Reading changes nothing here.
+  // Parsing changes nothing but `parsed`.
   absl::Status CheckSequence(std::uint32_t sequence) const;
-  absl::StatusOr<Parsed> Parse(std::span<const std::uint8_t> datagram) const;
-  absl::Status ParseDepartures(BitReader& reader, Parsed& parsed) const;
-  absl::Status ParseChanges(BitReader& reader, Parsed& parsed) const;
-  absl::Status ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool with_velocities,
-                           ParsedBody& body) const;
-  absl::Status ParseFullRecords(BitReader& reader, Parsed& parsed) const;
-  static absl::Status ParseProperties(BitReader& reader, Parsed& parsed);
-  const Sample* Find(const TrackedBody& body, Tick tick) const;
+  absl::Status Parse(std::span<const std::uint8_t> datagram);
+  absl::Status ParseDepartures(BitReader& reader);
+  absl::Status ParseChanges(BitReader& reader);
+  absl::Status ParseChange(BitReader& reader, const SampleTicks& ticks, bool with_velocities, ParsedBody& body);
+  absl::Status ParseFullRecords(BitReader& reader);
+  absl::Status ParseProperties(BitReader& reader);
+  static const Sample* Find(const TrackedBody& body, Tick tick);
 
   void Remember(std::uint32_t sequence);
   bool Depart(Tick tick, const DepartureRecord& departure);  // false: out of date
   TrackedBody* Store(Tick tick, const ParsedBody& body);     // null: that ownership has ended
   static void DropSamples(TrackedBody& body, Tick tick, Tick oldest_used);
-  BodyState StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const;
+  void Take(const ParsedBody& body, ReceivedSnapshot& result);
+  void EstimateVelocities(Tick tick, std::uint8_t jumps, const TrackedBody& body, BodyState& state) const;
 
   SnapshotSettings settings;
   Quantizer quantizer;
   PosePredictor predictor;
   VelocityEstimator velocities;
   std::unordered_map<BodyId, TrackedBody> bodies;
+  Parsed parsed;             // the datagram that is being read; it keeps its room for the next
   std::uint32_t newest = 0;  // 0: nothing has come
   std::uint64_t mask = 0;    // bit i: newest - 1 - i has come
 };
@@ -114,7 +124,7 @@ absl::Status SnapshotReceiver::Impl::CheckSequence(std::uint32_t sequence) const
   return absl::OkStatus();
 }
 
-absl::Status SnapshotReceiver::Impl::ParseDepartures(BitReader& reader, Parsed& parsed) const {
+absl::Status SnapshotReceiver::Impl::ParseDepartures(BitReader& reader) {
   BodyId previous;
   while (reader.ReadBit()) {
     const std::optional<BodyId> id = ReadIdGap(reader, previous);
@@ -127,14 +137,14 @@ absl::Status SnapshotReceiver::Impl::ParseDepartures(BitReader& reader, Parsed& 
   return absl::OkStatus();
 }
 
-const Sample* SnapshotReceiver::Impl::Find(const TrackedBody& body, Tick tick) const {
+const Sample* SnapshotReceiver::Impl::Find(const TrackedBody& body, Tick tick) {
   const auto after = After(body.samples, tick);
   return after != body.samples.begin() && std::prev(after)->tick == tick ? &*std::prev(after) : nullptr;
 }
 
-absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks,
-                                                 bool with_velocities, ParsedBody& body) const {
-  const std::uint64_t now = tick.value();
+absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, const SampleTicks& ticks, bool with_velocities,
+                                                 ParsedBody& body) {
+  const std::uint64_t now = parsed.header.tick.value();
   if (ticks.ticks > now || ticks.gap > now - ticks.ticks || ticks.gap2 > now - ticks.ticks - ticks.gap) {
     return Malformed(absl::StrCat("body ", body.id.value(), ": samples from before the beginning"));
   }
@@ -161,43 +171,46 @@ absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, c
   const auto out_of_range = [&] { return Malformed(absl::StrCat("body ", body.id.value(), ": out of range")); };
   if (!ReadPose(reader, prediction, base->state, limit, body.state)) return out_of_range();
   body.epoch = tracked->second.epoch;
-  body.traits = {base->jumps, tracked->second.tuning};
+  body.jumps = base->jumps;
+  body.tracked = &tracked->second;
   body.has_velocities = with_velocities || body.state.asleep;
   if (!with_velocities || body.state.asleep) return absl::OkStatus();
   const VelocityEstimate estimate = velocities.From(base->state, body.state, prediction, ticks.ticks, limit);
   return ReadVelocities(reader, estimate, body.state) ? absl::OkStatus() : out_of_range();
 }
 
-absl::Status SnapshotReceiver::Impl::ParseChanges(BitReader& reader, Parsed& parsed) const {
+absl::Status SnapshotReceiver::Impl::ParseChanges(BitReader& reader) {
   FastListReader list(reader);
-  ParsedBody body{};
+  BodyId id;
   SampleTicks ticks;
-  while (list.Next(body.id, ticks)) {
-    absl::Status status = ParseChange(reader, parsed.header.tick, ticks, list.has_velocities(), body);
+  while (list.Next(id, ticks)) {
+    ParsedBody& body = parsed.bodies.emplace_back();
+    body.id = id;
+    absl::Status status = ParseChange(reader, ticks, list.has_velocities(), body);
     if (!status.ok()) return status;
-    parsed.bodies.push_back(body);
   }
   return list.ok() ? absl::OkStatus() : Malformed("changes: ids do not ascend, or samples of no tick");
 }
 
-absl::Status SnapshotReceiver::Impl::ParseFullRecords(BitReader& reader, Parsed& parsed) const {
+absl::Status SnapshotReceiver::Impl::ParseFullRecords(BitReader& reader) {
   BodyId previous;
   while (reader.ReadBit()) {
     const std::optional<BodyId> id = ReadIdGap(reader, previous);
     if (!id.has_value()) return Malformed("full records: ids do not ascend");
-    ParsedBody body{};
-    body.id = *id;
+    ParsedBody& body = parsed.bodies.emplace_back();
+    body.id = previous = *id;
     body.full = body.has_velocities = true;
-    if (!ReadFull(reader, quantizer, body.epoch, body.state, body.traits)) {
+    BodyTraits traits;
+    if (!ReadFull(reader, quantizer, body.epoch, body.state, traits)) {
       return Malformed(absl::StrCat("body ", body.id.value(), ": out of range"));
     }
-    parsed.bodies.push_back(body);
-    previous = *id;
+    body.jumps = traits.jumps;
+    body.tuning = traits.tuning;
   }
   return absl::OkStatus();
 }
 
-absl::Status SnapshotReceiver::Impl::ParseProperties(BitReader& reader, Parsed& parsed) {
+absl::Status SnapshotReceiver::Impl::ParseProperties(BitReader& reader) {
   BodyId previous;
   while (reader.ReadBit()) {
     const std::optional<BodyId> id = ReadIdGap(reader, previous);
@@ -213,24 +226,23 @@ absl::Status SnapshotReceiver::Impl::ParseProperties(BitReader& reader, Parsed& 
   return absl::OkStatus();
 }
 
-absl::StatusOr<Parsed> SnapshotReceiver::Impl::Parse(std::span<const std::uint8_t> datagram) const {
+absl::Status SnapshotReceiver::Impl::Parse(std::span<const std::uint8_t> datagram) {
   if (datagram.size() > settings.max_datagram_bytes) return Malformed("too long");
-  Parsed parsed;
   BitReader reader(datagram);
   if (absl::Status status = ReadHeader(reader, parsed.header); !status.ok()) return status;
   if (parsed.header.fingerprint != quantizer.fingerprint()) return Malformed("other settings or world bounds");
   if (absl::Status status = CheckSequence(parsed.header.sequence); !status.ok()) return status;
   // A reader that has run out gives zeros, so all loops end; their results are refused here.
-  absl::Status status = ParseDepartures(reader, parsed);
-  if (status.ok()) status = ParseChanges(reader, parsed);
-  if (status.ok()) status = ParseFullRecords(reader, parsed);
-  if (status.ok()) status = ParseProperties(reader, parsed);
+  absl::Status status = ParseDepartures(reader);
+  if (status.ok()) status = ParseChanges(reader);
+  if (status.ok()) status = ParseFullRecords(reader);
+  if (status.ok()) status = ParseProperties(reader);
   if (!reader.ok()) return Malformed("truncated");
   if (!status.ok()) return status;
   if (!reader.AtEnd()) return Malformed("trailing bytes");
   if (bodies.size() + parsed.bodies.size() + parsed.departures.size() > 2 * kMaxTracked)
     return Malformed("too many bodies");
-  return parsed;
+  return absl::OkStatus();
 }
 
 void SnapshotReceiver::Impl::Remember(std::uint32_t sequence) {
@@ -264,12 +276,12 @@ bool SnapshotReceiver::Impl::Depart(Tick tick, const DepartureRecord& departure)
   return true;
 }
 
-TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) {
-  TrackedBody& body = bodies[parsed.id];
-  if (parsed.epoch < body.epoch) return nullptr;
-  if (parsed.epoch == body.epoch && body.gone && tick <= body.newest) return nullptr;
-  if (parsed.epoch > body.epoch || body.gone)
-    body = {.epoch = parsed.epoch,
+TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& fresh) {
+  TrackedBody& body = fresh.tracked != nullptr ? *fresh.tracked : bodies[fresh.id];
+  if (fresh.epoch < body.epoch) return nullptr;
+  if (fresh.epoch == body.epoch && body.gone && tick <= body.newest) return nullptr;
+  if (fresh.epoch > body.epoch || body.gone)
+    body = {.epoch = fresh.epoch,
             .gone = false,
             .newest = tick,
             .properties = {},
@@ -279,15 +291,15 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) 
             .from = {},
             .needed = {}};
   body.newest = std::max(body.newest, tick);
-  if (parsed.full && tick >= body.tuned) {
+  if (fresh.full && tick >= body.tuned) {
     body.tuned = tick;
-    body.tuning = parsed.traits.tuning;
+    body.tuning = fresh.tuning;
   }
   std::vector<Sample>& samples = body.samples;
-  if (!parsed.full) DropSamples(body, tick, parsed.oldest);
+  if (!fresh.full) DropSamples(body, tick, fresh.oldest);
   const auto after = After(samples, tick);
   if (after != samples.begin() && std::prev(after)->tick == tick) return &body;  // the same tick written twice
-  samples.insert(after, {tick, parsed.state, parsed.traits.jumps});
+  samples.insert(after, {tick, fresh.state, fresh.jumps});
   if (samples.size() > kHistoriesKept * settings.history_ticks) samples.erase(samples.begin());
   return &body;
 }
@@ -309,24 +321,38 @@ void SnapshotReceiver::Impl::DropSamples(TrackedBody& body, Tick tick, Tick olde
 }
 
 // Velocities that were not sent follow from the sample before.
-BodyState SnapshotReceiver::Impl::StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const {
-  BodyState state = quantizer.Dequantize(parsed.state);
-  if (parsed.has_velocities) return state;
+void SnapshotReceiver::Impl::EstimateVelocities(Tick tick, std::uint8_t jumps, const TrackedBody& body,
+                                                BodyState& state) const {
   auto at = After(body.samples, tick);
   if (at != body.samples.begin() && std::prev(at)->tick == tick) --at;
-  if (at == body.samples.begin()) return state;
+  if (at == body.samples.begin()) return;
   const Sample& before = *std::prev(at);
-  if (before.jumps != parsed.traits.jumps) return state;
+  if (before.jumps != jumps) return;
   const BodyState was = quantizer.Dequantize(before.state);
   const double per_s = settings.tick_rate_hz / static_cast<double>(tick - before.tick);
   state.linear_velocity = Vec3f((state.position - was.position) * per_s);
   const Quatd turn = state.orientation * Conjugate(was.orientation);
   const Vec3d axis(turn.x, turn.y, turn.z);
   const double sine = Length(axis);
-  if (sine == 0) return state;
+  if (sine == 0) return;
   const double angle = 2 * std::atan2(sine, std::abs(turn.w));
   state.angular_velocity = Vec3f(axis * ((turn.w < 0 ? -angle : angle) * per_s / sine));
-  return state;
+}
+
+void SnapshotReceiver::Impl::Take(const ParsedBody& body, ReceivedSnapshot& result) {
+  TrackedBody* const stored = Store(result.tick, body);
+  if (stored == nullptr) return;
+  if (body.full) ++result.full_records;
+  BodyRecord& record = result.bodies.emplace_back();
+  record.id = body.id;
+  record.epoch = body.epoch;
+  record.state = quantizer.Dequantize(body.state);
+  if (!body.has_velocities) EstimateVelocities(result.tick, body.jumps, *stored, record.state);
+  record.traits.jumps = body.jumps;
+  record.traits.tuning = body.full ? body.tuning : stored->tuning;
+  if (body.properties == nullptr || result.tick <= stored->properties) return;
+  stored->properties = result.tick;
+  record.properties = body.properties;
 }
 
 SnapshotReceiver::SnapshotReceiver(const Aabb& world_bounds, const SnapshotSettings& settings)
@@ -336,27 +362,20 @@ SnapshotReceiver::SnapshotReceiver(SnapshotReceiver&&) noexcept = default;
 SnapshotReceiver& SnapshotReceiver::operator=(SnapshotReceiver&&) noexcept = default;
 
 absl::StatusOr<ReceivedSnapshot> SnapshotReceiver::Read(std::span<const std::uint8_t> datagram) {
-  const absl::StatusOr<Parsed> parsed = impl_->Parse(datagram);
-  if (!parsed.ok()) return parsed.status();
-  impl_->Remember(parsed->header.sequence);
-  ReceivedSnapshot result{.tick = parsed->header.tick,
-                          .last_input = parsed->header.last_input,
-                          .input_margin_ticks = parsed->header.input_margin_ticks,
+  Parsed& parsed = impl_->parsed;
+  parsed.Clear();
+  if (absl::Status status = impl_->Parse(datagram); !status.ok()) return status;
+  impl_->Remember(parsed.header.sequence);
+  ReceivedSnapshot result{.tick = parsed.header.tick,
+                          .last_input = parsed.header.last_input,
+                          .input_margin_ticks = parsed.header.input_margin_ticks,
                           .bodies = {},
                           .departures = {}};
-  for (const DepartureRecord& departure : parsed->departures) {
-    if (impl_->Depart(parsed->header.tick, departure)) result.departures.push_back(departure);
+  for (const DepartureRecord& departure : parsed.departures) {
+    if (impl_->Depart(result.tick, departure)) result.departures.push_back(departure);
   }
-  result.bodies.reserve(parsed->bodies.size());
-  for (const ParsedBody& body : parsed->bodies) {
-    TrackedBody* stored = impl_->Store(parsed->header.tick, body);
-    if (stored == nullptr) continue;
-    if (body.full) ++result.full_records;
-    const bool fresh = body.properties != nullptr && parsed->header.tick > stored->properties;
-    if (fresh) stored->properties = parsed->header.tick;
-    result.bodies.push_back({body.id, body.epoch, impl_->StateOf(parsed->header.tick, body, *stored),
-                             fresh ? body.properties : nullptr, body.traits});
-  }
+  result.bodies.reserve(parsed.bodies.size());
+  for (const ParsedBody& body : parsed.bodies) impl_->Take(body, result);
   return result;
 }
 
