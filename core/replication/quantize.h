@@ -27,6 +27,12 @@ struct QuantizedState {
   friend bool operator==(const QuantizedState&, const QuantizedState&) = default;
 };
 
+inline bool SameTurn(const QuantizedState& a, const QuantizedState& b) {
+  const auto [ax, ay, az] = a.smallest;
+  const auto [bx, by, bz] = b.smallest;
+  return a.largest == b.largest && ax == bx && ay == by && az == bz;  // quicker than a call to compare six bytes
+}
+
 // Twice the furthest coordinate of a scene at 1 / 2^20 m: further than any body.
 inline constexpr std::int64_t kMaxPosition = std::int64_t{1} << 45;
 // 2^22 steps of 1/64 m/s are 65 km/s.

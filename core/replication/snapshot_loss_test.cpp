@@ -102,6 +102,32 @@ TEST(SnapshotLossTest, EveryDatagramIsUnderstoodThroughQuietAndUnquietTimes) {
   }
 }
 
+// A turn is predicted only for a body that turns, and for the velocities of one that has turned before.
+TEST(SnapshotLossTest, BodiesThatTurnNowAndThenAreNeverMisread) {
+  std::mt19937 random(7);
+  MovingBodies world({.count = 30, .kicks_per_s = 0});
+  SnapshotLink link(world.bounds(), {.loss = 0.1, .max_delay = 3, .seed = 7});
+  const auto speed = [&] { return static_cast<float>(random() % 100) * 0.1f; };
+  const auto step = [&] {
+    for (BodyRecord& body : world.bodies()) {
+      BodyState& state = body.state;
+      state.asleep = false;
+      if (random() % 2 == 0) state.orientation = Normalized(Quatd(0.05, 0, 0.1, 1) * state.orientation);
+      if (random() % 2 == 0) state.position.x += 0.01;
+      state.angular_velocity = {speed(), 0, -speed()};
+    }
+    link.Snapshot(world.bodies());
+  };
+  for (int n = 0; n < 300; ++n) {
+    step();
+    ASSERT_FALSE(testing::Test::HasFatalFailure()) << n;
+  }
+  link.SetNetwork({});
+  for (int n = 0; n < 10; ++n) step();
+  ExpectSeesAll(link, link.tick());
+  EXPECT_EQ(link.refused(), 0u);
+}
+
 // Worlds that run for years, and clocks that jump: the sender's 32-bit stamps go on from another origin.
 TEST(SnapshotLossTest, TicksMayGoOnForEver) {
   MovingBodies world({.count = 30, .kicks_per_s = 0.5, .rest_speed_m_s = 0.8});

@@ -161,20 +161,27 @@ absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, const Sample
   if (ticks.gap != 0 && older == nullptr) return missing(older_tick);
   const Sample* oldest = ticks.gap2 != 0 ? Find(tracked->second, body.oldest) : nullptr;
   if (ticks.gap2 != 0 && oldest == nullptr) return missing(body.oldest.value());
-  const Prediction prediction = predictor.Predict({.base = &base->state,
-                                                   .older = older != nullptr ? &older->state : nullptr,
-                                                   .oldest = oldest != nullptr ? &oldest->state : nullptr,
-                                                   .ticks = ticks.ticks,
-                                                   .gap = ticks.gap,
-                                                   .gap2 = ticks.gap2});
+  const Samples samples{.base = &base->state,
+                        .older = older != nullptr ? &older->state : nullptr,
+                        .oldest = oldest != nullptr ? &oldest->state : nullptr,
+                        .ticks = ticks.ticks,
+                        .gap = ticks.gap,
+                        .gap2 = ticks.gap2};
+  Prediction prediction = predictor.PredictMove(samples);
   const std::int32_t limit = quantizer.orientation_limit();
   const auto out_of_range = [&] { return Malformed(absl::StrCat("body ", body.id.value(), ": out of range")); };
-  if (!ReadPose(reader, prediction, base->state, limit, body.state)) return out_of_range();
+  bool turned = false;
+  if (!ReadMove(reader, prediction, base->state, body.state, turned)) return out_of_range();
+  const bool velocities_follow = with_velocities && !body.state.asleep;
+  // Velocities are written by how far it was to turn, even if it did not.
+  const bool turned_before = older != nullptr && !SameTurn(base->state, older->state);
+  if (turned || (velocities_follow && turned_before)) predictor.PredictTurn(samples, prediction);
+  if (turned && !ReadTurn(reader, prediction, limit, body.state)) return out_of_range();
   body.epoch = tracked->second.epoch;
   body.jumps = base->jumps;
   body.tracked = &tracked->second;
   body.has_velocities = with_velocities || body.state.asleep;
-  if (!with_velocities || body.state.asleep) return absl::OkStatus();
+  if (!velocities_follow) return absl::OkStatus();
   const VelocityEstimate estimate = velocities.From(base->state, body.state, prediction, ticks.ticks, limit);
   return ReadVelocities(reader, estimate, body.state) ? absl::OkStatus() : out_of_range();
 }

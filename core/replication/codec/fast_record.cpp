@@ -51,7 +51,7 @@ PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, 
                       std::int32_t limit) {
   PackedRecord record;
   const bool moved = state.position != base.position;
-  const bool turned = state.largest != base.largest || state.smallest != base.smallest;
+  const bool turned = !SameTurn(state, base);
   if (!state.asleep && moved && turned) {
     record.Append(1, 1);
   } else {
@@ -73,14 +73,21 @@ PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, 
 
 bool ReadPose(BitReader& reader, const Prediction& prediction, const QuantizedState& base, std::int32_t limit,
               QuantizedState& state) {
+  bool turned = false;
+  return ReadMove(reader, prediction, base, state, turned) && (!turned || ReadTurn(reader, prediction, limit, state));
+}
+
+bool ReadMove(BitReader& reader, const Prediction& prediction, const QuantizedState& base, QuantizedState& state,
+              bool& turned) {
   state = QuantizedState();
   state.position = base.position;
   state.largest = base.largest;
   state.smallest = base.smallest;
   const bool usual = reader.ReadBit();
-  state.asleep = !usual && reader.ReadBit();
-  const bool moved = usual || reader.ReadBit();
-  const bool turned = usual || reader.ReadBit();
+  const std::uint64_t flags = usual ? 6 : reader.Read(3);
+  state.asleep = (flags & 1) != 0;
+  const bool moved = (flags & 2) != 0;
+  turned = (flags & 4) != 0;
   if (moved) {
     const int k = Parameter(kMoveParameter, prediction, prediction.move_bits);
     for (const std::size_t axis : kAxes) {
@@ -91,7 +98,10 @@ bool ReadPose(BitReader& reader, const Prediction& prediction, const QuantizedSt
       if (state.position[axis] < -kMaxPosition || state.position[axis] > kMaxPosition) return false;
     }
   }
-  if (!turned) return true;
+  return true;
+}
+
+bool ReadTurn(BitReader& reader, const Prediction& prediction, std::int32_t limit, QuantizedState& state) {
   state.largest = reader.ReadBit() ? LargestOf(prediction.orientation) : static_cast<std::uint8_t>(reader.Read(2));
   const int k = Parameter(kTurnParameter, prediction, prediction.turn_bits);
   const std::array<std::int16_t, 3> predicted = ToSmallest(prediction.orientation, state.largest, limit);

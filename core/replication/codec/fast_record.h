@@ -80,5 +80,9 @@ PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, 
 // False where a number is out of its range; reading past the end shows in reader.ok().
 bool ReadPose(BitReader& reader, const Prediction& prediction, const QuantizedState& base, std::int32_t limit,
               QuantizedState& state);
+// The same in two parts. The first says whether the second follows, which alone needs the predicted turn.
+bool ReadMove(BitReader& reader, const Prediction& prediction, const QuantizedState& base, QuantizedState& state,
+              bool& turned);
+bool ReadTurn(BitReader& reader, const Prediction& prediction, std::int32_t limit, QuantizedState& state);
 
 }  // namespace tessera::replication

@@ -21,10 +21,6 @@ std::int64_t Turn(const FixedQuaternion& a, const FixedQuaternion& b) {
   return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
 }
 
-bool SameTurn(const QuantizedState& a, const QuantizedState& b) {
-  return a.largest == b.largest && a.smallest == b.smallest;
-}
-
 // Whether the samples give a motion, and how it changes.
 bool HasPast(const Samples& s) {
   return s.older != nullptr && s.gap != 0 && s.ticks <= kMaxPredictedTicks && s.gap <= kMaxPredictedTicks;
@@ -59,9 +55,14 @@ bool PosePredictor::Flies(const Samples& s) const {
 bool PosePredictor::Falls(const Samples& s) const { return HasPast(s) && HasLongPast(s) && Flies(s); }
 
 Prediction PosePredictor::Predict(const Samples& s) const {
+  Prediction result = PredictMove(s);
+  PredictTurn(s, result);
+  return result;
+}
+
+Prediction PosePredictor::PredictMove(const Samples& s) const {
   assert(s.base != nullptr);
   Prediction result{.position = s.base->position};
-  result.orientation = result.base_orientation = ToFixed(*s.base, orientation_limit_);
   if (!HasPast(s)) return result;
   const auto ticks = static_cast<std::int64_t>(s.ticks), gap = static_cast<std::int64_t>(s.gap);
   result.flies = HasLongPast(s) && Flies(s);
@@ -81,13 +82,17 @@ Prediction PosePredictor::Predict(const Samples& s) const {
   if (result.position[1] < s.floor && s.base->position[1] >= s.floor) result.position[1] = s.floor;
   for (std::int64_t& c : result.position) c = std::clamp(c, -kMaxPosition, kMaxPosition);
   result.move_bits = Bits(longest);
-  if (SameTurn(*s.base, *s.older)) return result;
+  return result;
+}
+
+void PosePredictor::PredictTurn(const Samples& s, Prediction& result) const {
+  result.orientation = result.base_orientation = ToFixed(*s.base, orientation_limit_);
+  if (!HasPast(s) || SameTurn(*s.base, *s.older)) return;
   const FixedQuaternion older = ToFixed(*s.older, orientation_limit_);
   result.orientation =
       result.flies ? SpinOn(result.base_orientation, ToFixed(*s.oldest, orientation_limit_), s.gap + s.gap2, s.ticks)
                    : SpinOn(result.base_orientation, older, s.gap, s.ticks);
   result.turn_bits = TurnBits(Turn(older, result.base_orientation), s.ticks, s.gap);
-  return result;
 }
 
 Prediction PosePredictor::PredictWithFit(const Samples& s) const {

@@ -46,6 +46,10 @@ class PosePredictor {
   PosePredictor(const Quantizer& quantizer, const SnapshotSettings& settings, double gravity_m_s2);
 
   Prediction Predict(const Samples& samples) const;
+  // The same in two parts, for a reader that seldom needs the second: all but the turn, and then orientation,
+  // base_orientation and turn_bits.
+  Prediction PredictMove(const Samples& samples) const;
+  void PredictTurn(const Samples& samples, Prediction& result) const;
   Prediction PredictWithFit(const Samples& samples) const;
   std::int32_t orientation_limit() const { return orientation_limit_; }
   // Differs, most likely, between settings other than the quantiser's that do not understand each other.

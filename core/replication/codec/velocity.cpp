@@ -44,7 +44,7 @@ VelocityEstimate VelocityEstimator::From(const QuantizedState& base, const Quant
   }
   // The mean velocity over a span is the velocity at its middle.
   if (prediction.flies) result.linear[1] = Held(result.linear[1] + ((fall_ * elapsed / 2) >> kScaleBits));
-  if (state.largest != base.largest || state.smallest != base.smallest) {
+  if (!SameTurn(state, base)) {
     const FixedQuaternion& q = prediction.base_orientation;
     FixedQuaternion turn = Multiply(ToFixed(state, orientation_limit), {-q[0], -q[1], -q[2], q[3]});
     const std::int64_t sign = turn[3] < 0 ? -1 : 1;
