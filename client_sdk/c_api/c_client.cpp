@@ -53,6 +53,15 @@ tessera_body BodyFrom(const client::SeenBody& seen, const Pose& pose, BodyId own
   return body;
 }
 
+// One with a path, or that is predicted alone, is no region's.
+client::SeenBody OfNobody(const client::ShownBody& shown) {
+  client::SeenBody body{};
+  body.id = shown.id;
+  body.state.linear_velocity = shown.velocity_m_s;
+  body.state.angular_velocity = shown.spin_rad_s;
+  return body;
+}
+
 Vec3f VectorFrom(const float* xyz) { return xyz == nullptr ? Vec3f() : Vec3f(xyz[0], xyz[1], xyz[2]); }
 
 }  // namespace
@@ -152,16 +161,16 @@ size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodi
   return GuardedValue(size_t{0}, [&] {
     client::Client& client = *handle->client;
     const std::vector<client::ShownBody> shown = client.Interpolated(At(now_ns));
+    const std::map<BodyId, client::SeenBody>& world = client.World();
+    const BodyId own = client.own_body();
+    auto seen = world.begin();  // both are in the order of ids
     auto* at = reinterpret_cast<char*>(bodies);
     for (size_t i = 0; i < std::min(shown.size(), capacity); ++i, at += stride) {
-      const auto seen = client.World().find(shown[i].id);
-      // One with a path, or that is predicted alone, is no region's.
-      client::SeenBody of_nobody{};
-      of_nobody.id = shown[i].id;
-      of_nobody.state.linear_velocity = shown[i].velocity_m_s;
-      of_nobody.state.angular_velocity = shown[i].spin_rad_s;
+      const BodyId id = shown[i].id;
+      while (seen != world.end() && seen->first < id) ++seen;
+      const bool is_seen = seen != world.end() && seen->first == id;
       tessera_body body =
-          BodyFrom(seen == client.World().end() ? of_nobody : seen->second, shown[i].pose, client.own_body());
+          is_seen ? BodyFrom(seen->second, shown[i].pose, own) : BodyFrom(OfNobody(shown[i]), shown[i].pose, own);
       if (shown[i].extrapolated) body.flags |= TESSERA_BODY_EXTRAPOLATED;
       if (shown[i].predicted) body.flags |= TESSERA_BODY_PREDICTED;
       body.size = static_cast<uint32_t>(stride);
