@@ -51,7 +51,7 @@ void DenseModel::Remember(const Prediction& prediction, const QuantizedState& ba
   const FixedQuaternion& q = prediction.orientation;
   Miss miss{.base = base.position};
   for (std::size_t axis = 0; axis < 3; ++axis) miss.position[axis] = state.position[axis] - prediction.position[axis];
-  miss.turn = Multiply(ToFixed(state, limit), {-q[0], -q[1], -q[2], q[3]});
+  miss.turn = Multiply(ToFixed(state, limit), Conjugate(q));
   if (miss.turn[3] < 0) {
     for (std::int64_t& c : miss.turn) c = -c;
   }

@@ -15,11 +15,7 @@ constexpr int kTurnShift = kFixedBits - 8;  // 2^30 is the sine of half a turn's
 
 int Bits(std::int64_t value) { return static_cast<int>(std::bit_width(static_cast<std::uint64_t>(std::abs(value)))); }
 
-// The longest component of the turn from `a` to `b`.
-std::int64_t Turn(const FixedQuaternion& a, const FixedQuaternion& b) {
-  const FixedQuaternion d = Multiply(b, {-a[0], -a[1], -a[2], a[3]});
-  return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
-}
+FixedQuaternion Turn(const FixedQuaternion& from, const FixedQuaternion& to) { return Multiply(to, Conjugate(from)); }
 
 // Whether the samples give a motion, and how it changes.
 bool HasPast(const Samples& s) {
@@ -27,8 +23,10 @@ bool HasPast(const Samples& s) {
 }
 bool HasLongPast(const Samples& s) { return s.oldest != nullptr && s.gap2 > 0 && s.gap2 <= kMaxPredictedTicks; }
 
-int TurnBits(std::int64_t turn, std::uint64_t ticks, std::uint64_t gap) {
-  return Bits((turn * static_cast<std::int64_t>(ticks) / static_cast<std::int64_t>(gap)) >> kTurnShift);
+// By the longest component of `turn`.
+int TurnBits(const FixedQuaternion& turn, std::uint64_t ticks, std::uint64_t gap) {
+  const std::int64_t longest = std::max({std::abs(turn[0]), std::abs(turn[1]), std::abs(turn[2])});
+  return Bits((longest * static_cast<std::int64_t>(ticks) / static_cast<std::int64_t>(gap)) >> kTurnShift);
 }
 
 }  // namespace
@@ -89,10 +87,14 @@ void PosePredictor::PredictTurn(const Samples& s, Prediction& result) const {
   result.orientation = result.base_orientation = ToFixed(*s.base, orientation_limit_);
   if (!HasPast(s) || SameTurn(*s.base, *s.older)) return;
   const FixedQuaternion older = ToFixed(*s.older, orientation_limit_);
-  result.orientation =
-      result.flies ? SpinOn(result.base_orientation, ToFixed(*s.oldest, orientation_limit_), s.gap + s.gap2, s.ticks)
-                   : SpinOn(result.base_orientation, older, s.gap, s.ticks);
-  result.turn_bits = TurnBits(Turn(older, result.base_orientation), s.ticks, s.gap);
+  const FixedQuaternion turn = Turn(older, result.base_orientation);
+  result.turn_bits = TurnBits(turn, s.ticks, s.gap);
+  if (result.flies) {
+    const FixedQuaternion oldest = ToFixed(*s.oldest, orientation_limit_);
+    result.orientation = SpinOn(result.base_orientation, oldest, s.gap + s.gap2, s.ticks);
+  } else if (result.base_orientation != older) {
+    result.orientation = SpinOnBy(turn, result.base_orientation, s.gap, s.ticks);
+  }
 }
 
 Prediction PosePredictor::PredictWithFit(const Samples& s) const {

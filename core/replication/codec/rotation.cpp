@@ -32,16 +32,23 @@ std::uint64_t SquareRoot(std::uint64_t value) {
 }
 
 FixedQuaternion ToFixed(const QuantizedState& state, std::int32_t limit) {
-  FixedQuaternion q{};
-  std::int64_t left = kFixedOne * kFixedOne;
-  for (std::size_t i = 0, in = 0; i < 4; ++i) {
-    if (i == state.largest) continue;
-    q[i] = RoundedQuotient(state.smallest[in++] * kHalfSquareRoot, limit);
-    left -= q[i] * q[i];
-  }
-  if (left < 0) return Normalize(q);  // only what no sender writes
-  q[state.largest] = static_cast<std::int64_t>(SquareRoot(static_cast<std::uint64_t>(left)));
-  return q;
+  const auto component = [&](std::size_t i) { return RoundedQuotient(state.smallest[i] * kHalfSquareRoot, limit); };
+  const std::int64_t a = component(0), b = component(1), c = component(2);
+  const auto with = [&](std::int64_t largest) {
+    switch (state.largest) {
+      case 0:
+        return FixedQuaternion{largest, a, b, c};
+      case 1:
+        return FixedQuaternion{a, largest, b, c};
+      case 2:
+        return FixedQuaternion{a, b, largest, c};
+      default:
+        return FixedQuaternion{a, b, c, largest};
+    }
+  };
+  const std::int64_t left = kFixedOne * kFixedOne - a * a - b * b - c * c;
+  if (left < 0) return Normalize(with(0));  // only what no sender writes
+  return with(static_cast<std::int64_t>(SquareRoot(static_cast<std::uint64_t>(left))));
 }
 
 std::uint8_t LargestOf(const FixedQuaternion& q) {
@@ -64,13 +71,6 @@ std::array<std::int16_t, 3> ToSmallest(const FixedQuaternion& q, std::uint8_t la
   return smallest;
 }
 
-FixedQuaternion Multiply(const FixedQuaternion& a, const FixedQuaternion& b) {
-  const auto [ax, ay, az, aw] = a;
-  const auto [bx, by, bz, bw] = b;
-  return {(aw * bx + ax * bw + ay * bz - az * by) >> kFixedBits, (aw * by - ax * bz + ay * bw + az * bx) >> kFixedBits,
-          (aw * bz + ax * by - ay * bx + az * bw) >> kFixedBits, (aw * bw - ax * bx - ay * by - az * bz) >> kFixedBits};
-}
-
 FixedQuaternion Normalize(const FixedQuaternion& q) {
   std::uint64_t sum = 0;
   for (const std::int64_t c : q) sum += static_cast<std::uint64_t>(c * c);
@@ -83,9 +83,12 @@ FixedQuaternion Normalize(const FixedQuaternion& q) {
 
 FixedQuaternion SpinOn(const FixedQuaternion& base, const FixedQuaternion& older, std::uint64_t gap,
                        std::uint64_t ticks) {
-  assert(gap >= 1);
   if (base == older) return base;
-  FixedQuaternion turn = Multiply(base, {-older[0], -older[1], -older[2], older[3]});
+  return SpinOnBy(Multiply(base, Conjugate(older)), base, gap, ticks);
+}
+
+FixedQuaternion SpinOnBy(FixedQuaternion turn, const FixedQuaternion& base, std::uint64_t gap, std::uint64_t ticks) {
+  assert(gap >= 1);
   if (turn[3] < 0) {
     for (std::int64_t& c : turn) c = -c;
   }
@@ -96,6 +99,7 @@ FixedQuaternion SpinOn(const FixedQuaternion& base, const FixedQuaternion& older
   constexpr std::uint64_t kMaxTicks = 256;
   if (ticks > kMaxTicks || gap > kMaxTicks) return base;
   if (sine * static_cast<std::int64_t>(ticks) > kMaxHalfAngle * static_cast<std::int64_t>(gap)) return base;
+  if (ticks == gap) return Normalize(Multiply(turn, base));  // mostly; the same as what follows
   FixedQuaternion whole = kIdentity, power = turn;
   for (std::uint64_t n = ticks / gap; n > 0; n >>= 1) {
     // At most 16 products of lengths within 2^-28 of one: normalising at the end is enough.

@@ -26,12 +26,20 @@ FixedQuaternion ToFixed(const QuantizedState& state, std::int32_t limit);
 std::array<std::int16_t, 3> ToSmallest(const FixedQuaternion& q, std::uint8_t largest, std::int32_t limit);
 std::uint8_t LargestOf(const FixedQuaternion& q);
 
-FixedQuaternion Multiply(const FixedQuaternion& a, const FixedQuaternion& b);
+constexpr FixedQuaternion Conjugate(const FixedQuaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
+constexpr FixedQuaternion Multiply(const FixedQuaternion& a, const FixedQuaternion& b) {
+  const auto [ax, ay, az, aw] = a;
+  const auto [bx, by, bz, bw] = b;
+  return {(aw * bx + ax * bw + ay * bz - az * by) >> kFixedBits, (aw * by - ax * bz + ay * bw + az * bx) >> kFixedBits,
+          (aw * bz + ax * by - ay * bx + az * bw) >> kFixedBits, (aw * bw - ax * bx - ay * by - az * bz) >> kFixedBits};
+}
 FixedQuaternion Normalize(const FixedQuaternion& q);
 
 // Extrapolates a turn from `older` to `base` in `gap` ticks by `ticks` more. A turn of more than about half a circle in
 // all is not believed: the result is `base`. Requires gap >= 1.
 FixedQuaternion SpinOn(const FixedQuaternion& base, const FixedQuaternion& older, std::uint64_t gap,
                        std::uint64_t ticks);
+// The same by the turn, Multiply(base, Conjugate(older)), for a `base` that is not `older`.
+FixedQuaternion SpinOnBy(FixedQuaternion turn, const FixedQuaternion& base, std::uint64_t gap, std::uint64_t ticks);
 
 }  // namespace tessera::replication

@@ -46,7 +46,7 @@ VelocityEstimate VelocityEstimator::From(const QuantizedState& base, const Quant
   if (prediction.flies) result.linear[1] = Held(result.linear[1] + ((fall_ * elapsed / 2) >> kScaleBits));
   if (!SameTurn(state, base)) {
     const FixedQuaternion& q = prediction.base_orientation;
-    FixedQuaternion turn = Multiply(ToFixed(state, orientation_limit), {-q[0], -q[1], -q[2], q[3]});
+    FixedQuaternion turn = Multiply(ToFixed(state, orientation_limit), Conjugate(q));
     const std::int64_t sign = turn[3] < 0 ? -1 : 1;
     for (std::size_t i = 0; i < 3; ++i) {
       result.angular[i] = Held(sign * turn[i] * angular_per_turn_ / elapsed >> kFixedBits);
