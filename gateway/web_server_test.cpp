@@ -3,16 +3,15 @@
 
 #include <gmock/gmock.h>
 
-#include <atomic>
 #include <filesystem>
 #include <fstream>
-#include <memory>
+#include <optional>
 #include <string>
-#include <thread>
 
 #include "core/world/sha256.h"
 #include "gateway/page_files.h"
 #include "gateway/testing/page_request.h"
+#include "gateway/testing/web_loop.h"
 #include "host/temporary_folder.h"
 
 namespace tessera::gateway {
@@ -31,20 +30,8 @@ class WebServerTest : public testing::Test {
     Write("index.html", "<!doctype html><title>page</title>");
     Write("assets/page.js", script_);
     Write("assets/dot.png", "\x89PNG\x01\x02");
-    auto server = WebServer::Start(
-        {.listen = {"127.0.0.1", 0}, .page = folder_.path() + "/page", .visuals = folder_.path(), .allow_origins = {}},
-        metrics_);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-    thread_ = std::thread([this] {
-      while (!stopped_) server_->Service();
-    });
-  }
-  void TearDown() override {
-    stopped_ = true;
-    if (!thread_.joinable()) return;
-    server_->Wake();
-    thread_.join();
+    loop_.emplace(WebOptions{
+        .listen = {"127.0.0.1", 0}, .page = folder_.path() + "/page", .visuals = folder_.path(), .allow_origins = {}});
   }
 
   void Write(const std::string& name, const std::string& content) {
@@ -52,15 +39,12 @@ class WebServerTest : public testing::Test {
   }
   PageAnswer Get(const std::string& path, const std::vector<std::string>& headers = {},
                  const std::string& method = "GET") {
-    return RequestPage(server_->address(), path, headers, method);
+    return RequestPage(loop_->address(), path, headers, method);
   }
 
   const host::TemporaryFolder folder_;
-  GatewayMetrics metrics_;
   std::string script_;
-  std::unique_ptr<WebServer> server_;
-  std::atomic<bool> stopped_ = false;
-  std::thread thread_;
+  std::optional<WebLoop> loop_;
 };
 
 TEST_F(WebServerTest, CompressesForWhoAcceptsIt) {
@@ -132,7 +116,7 @@ TEST_F(WebServerTest, ServesNothingElse) {
   EXPECT_EQ(head.status, 200);
   EXPECT_EQ(head.headers["content-length"], std::to_string(script_.size()));
   EXPECT_THAT(head.body, IsEmpty());
-  EXPECT_EQ(RequestPage(server_->address(), "/").status, 200) << "it is still there";
+  EXPECT_EQ(RequestPage(loop_->address(), "/").status, 200) << "it is still there";
 }
 
 TEST(PageFilesTest, AFolderWithoutAPageIsRefused) {
