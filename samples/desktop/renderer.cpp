@@ -31,7 +31,9 @@ vec3 turned(vec3 v) { return v + 2.0 * cross(orientation.xyz, cross(orientation.
 void main() {
   at = turned(position) + place.xyz;
   facing = turned(normal);
-  in_shadow_map = (sun_view * vec4(at + 0.05 * facing, 1.0)).xyz * 0.5 + 0.5;
+  // From the side that is seen, so that no side casts a shadow on itself.
+  vec3 off = dot(facing, at) > 0.0 ? -facing : facing;
+  in_shadow_map = (sun_view * vec4(at + 0.05 * off, 1.0)).xyz * 0.5 + 0.5;
   paint = colour;
   ground = place.w;
   gl_Position = view * vec4(at, 1.0);
@@ -67,6 +69,7 @@ float grid(vec2 p, float step) {
 }
 void main() {
   vec3 n = normalize(facing);
+  if (!gl_FrontFacing) n = -n;
   vec3 to_eye = normalize(-at);
   vec3 base = paint.rgb;
   if (ground > 0.5 && n.y > 0.7) {
@@ -159,7 +162,7 @@ void Renderer::MakeShadowMap() {
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 
-std::size_t Renderer::Add(const Mesh& mesh) {
+std::size_t Renderer::Add(const Mesh& mesh, bool both_sides) {
   // Corners that triangles share are computed once.
   std::map<std::array<float, 6>, GLuint> known;
   std::vector<Vertex> corners;
@@ -172,6 +175,7 @@ std::size_t Renderer::Add(const Mesh& mesh) {
   }
   Buffers buffers;
   buffers.index_count = static_cast<GLsizei>(indices.size());
+  buffers.both_sides = both_sides;
   gl_.GenVertexArrays(1, &buffers.array);
   gl_.BindVertexArray(buffers.array);
   const auto attribute = [&](GLuint location, GLint numbers, std::size_t stride, std::size_t offset, GLuint divisor) {
@@ -216,6 +220,11 @@ void Renderer::SetMatrix(GLuint program, const char* name, const Matrix& matrix)
 
 void Renderer::DrawCopies() {
   for (const auto& [mesh, count] : drawn_) {
+    if (meshes_[mesh].both_sides) {
+      glDisable(GL_CULL_FACE);
+    } else {
+      glEnable(GL_CULL_FACE);
+    }
     gl_.BindVertexArray(meshes_[mesh].array);
     gl_.DrawElementsInstanced(GL_TRIANGLES, meshes_[mesh].index_count, GL_UNSIGNED_INT, nullptr, count);
   }

@@ -46,7 +46,8 @@ class Renderer {
 
   // The driver's complaints about the shaders; empty if they are well.
   const std::string& error() const { return error_; }
-  std::size_t Add(const Mesh& mesh);
+  // `both_sides`: it is seen from within as well.
+  std::size_t Add(const Mesh& mesh, bool both_sides = false);
   void Clear();
   void Draw(const Picture& picture, int width, int height);
 
@@ -54,6 +55,7 @@ class Renderer {
   struct Buffers {
     GLuint array = 0, vertices = 0, indices = 0, copies = 0;
     GLsizei index_count = 0;
+    bool both_sides = false;
   };
   GLuint Link(const char* vertex, const char* fragment);
   void MakeShadowMap();

@@ -107,12 +107,17 @@ std::optional<std::vector<std::uint32_t>> IndicesOf(const tinygltf::Model& model
   return indices;
 }
 
+// The format has colours as light, and a screen wants them as eyes tell them apart (IEC 61966-2-1).
+float ForScreen(double light) {
+  return static_cast<float>(light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+}
+
 Vec3 ColourOf(const tinygltf::Model& model, int material) {
   const tinygltf::Material* const found = At(model.materials, material);
   if (found == nullptr || found->pbrMetallicRoughness.baseColorFactor.size() < 3) return {1, 1, 1};
   const std::vector<double>& factor = found->pbrMetallicRoughness.baseColorFactor;
   const auto part = [&](std::size_t i) {
-    return std::isfinite(factor[i]) ? static_cast<float>(std::clamp(factor[i], 0.0, 1.0)) : 1.0F;
+    return std::isfinite(factor[i]) ? ForScreen(std::clamp(factor[i], 0.0, 1.0)) : 1.0F;
   };
   return {part(0), part(1), part(2)};
 }

@@ -25,7 +25,7 @@ namespace desktop {
 // Triangles of one colour, in the shape's frame.
 struct Painted {
   Mesh mesh;
-  Vec3 colour{1, 1, 1};
+  Vec3 colour{1, 1, 1};  // as a screen shows it (sRGB)
 };
 
 // A file that is larger is not read, and no more triangles are drawn of one.

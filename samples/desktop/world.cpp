@@ -57,7 +57,8 @@ const std::vector<World::Placed>& World::MeshesOf(const tessera_shape* shape) {
   const auto [found, is_new] = shapes_.try_emplace(shape);
   if (!is_new) return found->second;
   for (const Painted& painted : visuals_.MeshesOf(tessera::SceneShape(shape).Visuals())) {
-    found->second.push_back({renderer_.Add(painted.mesh), {}, painted.colour});
+    // A flag or a fence has no thickness.
+    found->second.push_back({renderer_.Add(painted.mesh, true), {}, painted.colour});
   }
   if (!found->second.empty()) return found->second;
   for (const Part& part : PartsOf(shape)) {

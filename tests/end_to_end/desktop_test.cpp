@@ -1,13 +1,16 @@
 // The desktop client under a virtual display and Mesa's software renderer: its screens, a player's keys, its profiler
 // against the workers' own pages, and what it says when nothing is there.
 #include <gtest/gtest.h>
+#include <stb_image.h>
 
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <vector>
 
 #include "host/child_process.h"
 #include "host/files.h"
@@ -47,7 +50,7 @@ class VirtualDisplay {
   std::optional<host::ChildProcess> server_;
 };
 
-// How many colours there are in a PNG file is not to be had without a decoder; a picture of one colour is small.
+// A picture of one colour is small.
 constexpr std::uintmax_t kBlankPngBytes = 3000;
 
 class DesktopTest : public WorldTest {
@@ -73,11 +76,54 @@ class DesktopTest : public WorldTest {
     EXPECT_EQ(bytes.substr(0, 4), "\x89PNG") << name;
     EXPECT_GT(bytes.size(), kBlankPngBytes) << name;
   }
+  // Red, green and blue of one pixel.
+  std::array<int, 3> Pixel(const std::string& name, int x, int y) const {
+    int width = 0, height = 0, channels = 0;
+    unsigned char* const pixels = stbi_load(File(name).c_str(), &width, &height, &channels, 3);
+    EXPECT_NE(pixels, nullptr) << name;
+    if (pixels == nullptr || x >= width || y >= height) return {};
+    const unsigned char* const at = pixels + 3 * (y * width + x);
+    const std::array<int, 3> colour = {at[0], at[1], at[2]};
+    stbi_image_free(pixels);
+    return colour;
+  }
   std::string Control() { return run_->cluster().control_address(); }
 
   host::TemporaryFolder folder_;
   VirtualDisplay display_{folder_.path()};
 };
+
+// A level of a floor, a place to begin, and two squares of 5 m ahead of it, left and right, which are nothing but
+// sides: the left one faces the player, and the right one shows its back. A fifth of the light is half as bright to the
+// eye.
+std::string TwoSides() {
+  const std::vector<float> positions = {0, 0, 0, 5, 0, 0, 5, 5, 0, 0, 5, 0};
+  const std::vector<std::uint32_t> indices = {0, 1, 2, 0, 2, 3};
+  std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2,3]}],"nodes":[)"
+                     R"({"name":"spawn"},{"name":"face","mesh":0,"translation":[-6,0,-6]},)"
+                     R"({"name":"back","mesh":0,"translation":[6,0,-6],"rotation":[0,1,0,0]},)"
+                     R"({"name":"floor","mesh":0,"translation":[-40,0,40],"rotation":[-0.70710678,0,0,0.70710678],)"
+                     R"("scale":[16,16,1]}],)"
+                     R"("materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.2140411,0.0331048,0,1]}}],)"
+                     R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
+                     R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":4},)"
+                     R"({"bufferView":1,"componentType":5125,"type":"SCALAR","count":6}],"bufferViews":[)"
+                     R"({"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],)"
+                     R"("buffers":[{"byteLength":72}]})";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string glb;
+  const auto words = [&](std::initializer_list<std::size_t> values) {
+    for (const std::size_t value : values) {
+      for (int shift = 0; shift < 32; shift += 8) glb += static_cast<char>(value >> shift & 255);
+    }
+  };
+  words({0x46546C67, 2, 28 + json.size() + 72, json.size(), 0x4E4F534A});
+  glb += json;
+  words({72, 0x004E4942});
+  glb.append(reinterpret_cast<const char*>(positions.data()), 48);
+  glb.append(reinterpret_cast<const char*>(indices.data()), 24);
+  return glb;
+}
 
 double MetricOf(const std::string& page, const std::string& series) {
   const auto at = page.find("\n" + series + " ");
@@ -143,6 +189,24 @@ TEST_F(DesktopTest, PlaysAndShowsWhatItCosts) {
     near("host_virtual_total_mib", metric("tessera_host_virtual_memory_total_bytes") / kMib);
     near("host_physical_total_mib", metric("tessera_host_physical_memory_total_bytes") / kMib);
   }
+}
+
+TEST_F(DesktopTest, DrawsTheMeshesOfAnImportedLevelInTheirColoursFromBothSides) {
+  std::ofstream(File("sides.glb"), std::ios::binary) << TwoSides();
+  const auto imported = support::RunProgram("tessera", {"scene", "import", File("sides.glb"), File("sides.json")});
+  ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  Start({.scene = File("sides.json"), .regions = 1, .bodies = std::nullopt, .bots = 0});
+  ASSERT_TRUE(PlayUntil("running", [&] { return run_->Latest().state() == v1::INSTANCE_STATE_RUNNING; }));
+  const auto played = Client({"--control", Control(), "--instance", run_->Latest().id(), "--visuals", File("visuals")},
+                             "wait world\npress Tab\nframes 20\nscreenshot " + File("sides.png") + "\nquit\n");
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  EXPECT_EQ(played.err, "");
+  // Seven tenths of the light of the sky and a low sun, of half of what a screen has.
+  const std::array<int, 3> face = Pixel("sides.png", 240, 150), back = Pixel("sides.png", 400, 150);
+  EXPECT_NEAR(face[0], 90, 12);
+  EXPECT_NEAR(face[1], 36, 12);
+  EXPECT_LT(face[2], 12);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(back[i], face[i], 8) << "channel " << i;
 }
 
 TEST_F(DesktopTest, ShowsWhoIsAwaited) {

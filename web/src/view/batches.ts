@@ -27,7 +27,7 @@ export class Batches {
   private readonly trigger = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.25, depthWrite: false });
 
   // Bodies that are drawn by their own meshes: half of their colour is the mesh's, half says what the page is asked for.
-  private readonly drawnSolid = new THREE.MeshLambertMaterial({ vertexColors: true });
+  private readonly drawnSolid = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, vertexColors: true });
   private readonly visuals: Pick<Visuals, 'geometryOf'>;
 
   constructor(bodies: Bodies, shapes: ShapeTable, visuals: Pick<Visuals, 'geometryOf'>) {
