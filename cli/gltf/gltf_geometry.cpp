@@ -3,11 +3,13 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <span>
 
 #include "absl/strings/str_cat.h"
+#include "cli/gltf/gltf_attributes.h"
 #include "core/world/limits.h"
 
 namespace tessera::cli {
@@ -18,49 +20,6 @@ constexpr double kFlat = 1e-7;
 
 absl::Status Fault(const std::string& where, const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat(where, ": ", what));
-}
-
-template <class T>
-const T* At(const std::vector<T>& list, int index) {
-  return index >= 0 && static_cast<std::size_t>(index) < list.size() ? &list[static_cast<std::size_t>(index)] : nullptr;
-}
-
-// The elements of an accessor: `count` of them, `stride` bytes apart.
-struct Elements {
-  std::span<const unsigned char> bytes;
-  std::size_t count = 0, stride = 0;
-  int component = 0;
-};
-
-absl::StatusOr<Elements> ElementsOf(const tinygltf::Model& model, int index, int type, const std::string& where) {
-  const tinygltf::Accessor* const accessor = At(model.accessors, index);
-  if (accessor == nullptr) return Fault(where, absl::StrCat("there is no accessor ", index));
-  const std::string here = absl::StrCat(where, ": accessor ", index);
-  if (accessor->sparse.isSparse) return Fault(here, "is sparse, which is not supported");
-  if (accessor->type != type) return Fault(here, "has elements of another type");
-  const tinygltf::BufferView* const view = At(model.bufferViews, accessor->bufferView);
-  if (view == nullptr) return Fault(here, absl::StrCat("there is no buffer view ", accessor->bufferView));
-  const tinygltf::Buffer* const buffer = At(model.buffers, view->buffer);
-  if (buffer == nullptr) return Fault(here, absl::StrCat("there is no buffer ", view->buffer));
-  const int component_bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor->componentType));
-  const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
-  if (component_bytes <= 0 || components <= 0) return Fault(here, "has components of an unknown type");
-  const std::size_t element = static_cast<std::size_t>(component_bytes) * static_cast<std::size_t>(components);
-  Elements elements{{}, accessor->count, view->byteStride == 0 ? element : view->byteStride, accessor->componentType};
-  if (elements.stride < element || elements.stride > 255) return Fault(here, "has a wrong stride");
-  if (elements.count == 0) return elements;
-  const std::size_t size = buffer->data.size();
-  if (view->byteOffset > size || view->byteLength > size - view->byteOffset) {
-    return Fault(here, absl::StrCat("its buffer view ends beyond its buffer of ", size, " bytes"));
-  }
-  // A count that would overflow is larger than any buffer.
-  if (elements.count > size || accessor->byteOffset > view->byteLength ||
-      (elements.count - 1) * elements.stride + element > view->byteLength - accessor->byteOffset) {
-    return Fault(here,
-                 absl::StrCat(elements.count, " elements end beyond its buffer view of ", view->byteLength, " bytes"));
-  }
-  elements.bytes = std::span(buffer->data).subspan(view->byteOffset + accessor->byteOffset);
-  return elements;
 }
 
 absl::Status ReadPositions(const tinygltf::Model& model, int index, const std::string& where,
@@ -221,6 +180,8 @@ absl::StatusOr<std::vector<Surface>> ReadSurfaces(const tinygltf::Model& model, 
     surface.positions.reserve(triangles.vertices.size());
     for (const Vec3d& vertex : triangles.vertices) surface.positions.emplace_back(vertex);
     surface.normals = NormalsOf(model, primitive, triangles.vertices.size(), where);
+    surface.colours = ColoursOf(model, primitive, triangles.vertices.size());
+    surface.places = PlacesOf(model, primitive, triangles.vertices.size());
     surface.indices = std::move(triangles.indices);
     surface.material = primitive.material;
     surfaces.push_back(std::move(surface));

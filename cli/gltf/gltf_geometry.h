@@ -3,6 +3,7 @@
 // Thread rule: free functions.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -29,11 +30,13 @@ struct Triangles {
 // that names mesh, primitive and field.
 absl::StatusOr<Triangles> ReadMesh(const tinygltf::Model& model, int mesh);
 
-// Triangles of one primitive, to be drawn. Normals: none, or one for each position.
+// Triangles of one primitive, to be drawn. Normals, colours and places: none, or one for each position.
 struct Surface {
   std::vector<Vec3f> positions, normals;
-  std::vector<std::uint32_t> indices;  // three a triangle
-  int material = -1;                   // its number in the model, if it has one
+  std::vector<Vec3f> colours;                // red, green and blue, linear, 0 to 1
+  std::vector<std::array<float, 2>> places;  // in the picture of its material, from the upper left
+  std::vector<std::uint32_t> indices;        // three a triangle
+  int material = -1;                         // its number in the model, if it has one
 };
 
 // The same primitives one by one, those without a triangle left out. Errors as above.

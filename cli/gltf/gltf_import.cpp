@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "cli/gltf/gltf_geometry.h"
 #include "cli/gltf/gltf_shapes.h"
+#include "cli/gltf/gltf_textures.h"
 #include "cli/gltf/gltf_transform.h"
 #include "cli/gltf/gltf_values.h"
 #include "cli/gltf/gltf_visuals.h"
@@ -35,10 +36,6 @@ constexpr double kSpawnHeight_m = 0.95;
 
 absl::Status Fault(const std::string& what) { return absl::InvalidArgumentError(what); }
 
-bool LoadNoImage(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
-  return true;  // a scene has no pictures
-}
-
 // The name of a node as the scene may have it.
 std::string NameOf(const tinygltf::Node& node) {
   std::string name;
@@ -50,10 +47,11 @@ std::string NameOf(const tinygltf::Node& node) {
   return name;
 }
 
-absl::StatusOr<tinygltf::Model> Load(std::span<const std::uint8_t> bytes, const std::string& folder) {
+absl::StatusOr<tinygltf::Model> Load(std::span<const std::uint8_t> bytes, const std::string& folder,
+                                     Pictures& pictures) {
   tinygltf::Model model;
   tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(LoadNoImage, nullptr);
+  loader.SetImageLoader(KeepPicture, &pictures);
   std::string error, warning;
   const bool binary = bytes.size() >= 4 && std::equal(bytes.begin(), bytes.begin() + 4, "glTF");
   bool loaded = false;
@@ -129,7 +127,8 @@ std::optional<v1::Visual> PlacedVisual(const Affine& map) {
 
 class Importer {
  public:
-  Importer(const tinygltf::Model& model, const std::string& name) : model_(model), visuals_(model) {
+  Importer(const tinygltf::Model& model, const Pictures& pictures, const std::string& name)
+      : model_(model), visuals_(model, pictures) {
     result_.scene.set_name(name);
   }
 
@@ -450,7 +449,7 @@ void Importer::KeepVisuals() {
     for (v1::Visual& visual : *shape.mutable_visuals()) visual.set_sha256(result_.visual_sha256);
   }
   result_.notes.insert(result_.notes.end(), visuals_.notes().begin(), visuals_.notes().end());
-  left_out_["textures of meshes, which are drawn in their base colour"] += visuals_.textures();
+  left_out_["textures of surfaces, which are drawn in their base colour"] += visuals_.textures();
 }
 
 void Importer::NoteRest() {
@@ -467,9 +466,10 @@ void Importer::NoteRest() {
 
 absl::StatusOr<GltfImport> ImportGltf(std::span<const std::uint8_t> bytes, const std::string& folder,
                                       const std::string& name) {
-  const auto model = Load(bytes, folder);
+  Pictures pictures;
+  const auto model = Load(bytes, folder, pictures);
   if (!model.ok()) return model.status();
-  return Importer(*model, name).Run();
+  return Importer(*model, pictures, name).Run();
 }
 
 }  // namespace tessera::cli

@@ -1,129 +1,22 @@
-// Levels made here, byte by byte, as exporters write them and as nobody should.
+// Levels as exporters write them and as nobody should, and the scenes that they become.
 #include "cli/gltf/gltf_import.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
-#include <nlohmann/json.hpp>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "cli/gltf/gltf_fixture.h"
 #include "core/world/proto_math.h"
-#include "core/world/scene_load.h"
-#include "core/world/sha256.h"
 
 namespace tessera::cli {
 namespace {
 
-using nlohmann::json;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-constexpr int kFloat = 5126, kUnsignedShort = 5123, kUnsignedInt = 5125;
-
-// A level with one buffer, of which accessors are added one by one.
-class Level {
- public:
-  Level() {
-    document = {{"asset", {{"version", "2.0"}}},
-                {"scene", 0},
-                {"scenes", json::array({{{"nodes", json::array()}}})},
-                {"nodes", json::array()},
-                {"meshes", json::array()},
-                {"accessors", json::array()},
-                {"bufferViews", json::array()}};
-  }
-  // Numbers of what was added.
-  int Accessor(const std::vector<unsigned char>& bytes, int component, const char* type, std::size_t count) {
-    while (buffer_.size() % 4 != 0) buffer_.push_back(0);
-    document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}});
-    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-    document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},
-                                     {"componentType", component},
-                                     {"type", type},
-                                     {"count", count}});
-    return static_cast<int>(document["accessors"].size()) - 1;
-  }
-  int Positions(const std::vector<std::array<float, 3>>& positions) {
-    std::vector<unsigned char> bytes(positions.size() * 12);
-    std::memcpy(bytes.data(), positions.data(), bytes.size());
-    return Accessor(bytes, kFloat, "VEC3", positions.size());
-  }
-  template <class T>
-  int Indices(const std::vector<T>& indices, int component) {
-    std::vector<unsigned char> bytes(indices.size() * sizeof(T));
-    std::memcpy(bytes.data(), indices.data(), bytes.size());
-    return Accessor(bytes, component, "SCALAR", indices.size());
-  }
-  int Mesh(const json& primitive) {
-    document["meshes"].push_back({{"name", "m"}, {"primitives", json::array({primitive})}});
-    return static_cast<int>(document["meshes"].size()) - 1;
-  }
-  // Two triangles on the ground, seen from above, of 2 x 2 m.
-  int Square() {
-    const int positions = Positions({{-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}});
-    const int indices = Indices<std::uint16_t>({0, 1, 2, 0, 2, 3}, kUnsignedShort);
-    return Mesh({{"attributes", {{"POSITION", positions}}}, {"indices", indices}});
-  }
-  int Node(json node, bool root = true) {
-    document["nodes"].push_back(std::move(node));
-    const int number = static_cast<int>(document["nodes"].size()) - 1;
-    if (root) document["scenes"][0]["nodes"].push_back(number);
-    return number;
-  }
-  int Shape(json shape) {
-    json& shapes = document["extensions"]["OMI_physics_shape"]["shapes"];
-    shapes.push_back(std::move(shape));
-    return static_cast<int>(shapes.size()) - 1;
-  }
-
-  std::vector<std::uint8_t> Glb() const {
-    json whole = document;
-    if (!buffer_.empty()) whole["buffers"] = json::array({{{"byteLength", buffer_.size()}}});
-    std::string text = whole.dump();
-    while (text.size() % 4 != 0) text += ' ';
-    std::vector<unsigned char> binary = buffer_;
-    while (binary.size() % 4 != 0) binary.push_back(0);
-    std::vector<std::uint8_t> glb;
-    const auto word = [&](std::size_t value) {
-      for (int shift = 0; shift < 32; shift += 8) glb.push_back(static_cast<std::uint8_t>(value >> shift));
-    };
-    word(0x46546C67);
-    word(2);
-    word(12 + 8 + text.size() + (binary.empty() ? 0 : 8 + binary.size()));
-    word(text.size());
-    word(0x4E4F534A);
-    glb.insert(glb.end(), text.begin(), text.end());
-    if (binary.empty()) return glb;
-    word(binary.size());
-    word(0x004E4942);
-    glb.insert(glb.end(), binary.begin(), binary.end());
-    return glb;
-  }
-
-  json document;
-
- private:
-  std::vector<unsigned char> buffer_;
-};
-
-absl::StatusOr<GltfImport> Import(const Level& level) { return ImportGltf(level.Glb(), ".", "level"); }
-GltfImport Imported(const Level& level) {
-  auto imported = Import(level);
-  EXPECT_TRUE(imported.ok()) << imported.status();
-  if (!imported.ok()) return {};
-  const auto loaded = LoadScene(imported->scene, "level");
-  EXPECT_TRUE(loaded.ok()) << "what is imported can be run: " << loaded.status();
-  return *std::move(imported);
-}
-std::string FaultOf(const Level& level) { return std::string(Import(level).status().message()); }
-
-json Physics(const char* type, json more = json::object()) {
-  more["type"] = type;
-  return {{"motion", more}};
-}
 
 TEST(GltfImportTest, AMeshBecomesAStaticBodyWhereItsNodesPutIt) {
   Level level;
@@ -251,119 +144,6 @@ TEST(GltfImportTest, EmptyNodesNamedSpawnAreWherePlayersBegin) {
   EXPECT_EQ(imported.spawn_points, 1u);
   ASSERT_EQ(imported.scene.player().spawn_points_size(), 1);
   EXPECT_NEAR(imported.scene.player().spawn_points(0).y(), 0.95, 1e-9);
-}
-
-// --- Meshes to be drawn.
-
-// The document inside of a binary file.
-json DocumentOf(const std::string& glb) {
-  std::uint32_t size = 0;
-  if (glb.size() < 20) return {};
-  std::memcpy(&size, glb.data() + 12, sizeof size);
-  return json::parse(glb.substr(20, size));
-}
-
-absl::StatusOr<GltfImport> ImportAgain(const std::string& glb) {
-  return ImportGltf({reinterpret_cast<const std::uint8_t*>(glb.data()), glb.size()}, "/nowhere", "again");
-}
-
-TEST(GltfImportTest, MeshesAreKeptToBeDrawnWithTheirColours) {
-  Level level;
-  const json rough = {{"baseColorFactor", {0.8, 0.2, 0.1, 1}}, {"baseColorTexture", {{"index", 0}}}};
-  level.document["materials"] = json::array({{{"pbrMetallicRoughness", rough}}});
-  level.document["textures"] = json::array({{{"name", "bricks"}}});
-  const int square = level.Square();
-  level.document["meshes"][0]["primitives"][0]["material"] = 0;
-  level.document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] =
-      level.Positions({{0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}});
-  level.Node({{"name", "floor"}, {"mesh", square}, {"translation", {0, 2, 0}}, {"scale", {5, 1, 3}}});
-  const GltfImport imported = Imported(level);
-  EXPECT_EQ(imported.drawn_triangles, 2u);
-  EXPECT_EQ(imported.visual_sha256, Sha256Hex(imported.visual_file));
-  ASSERT_EQ(imported.scene.bodies(0).shape().visuals_size(), 1);
-  const v1::Visual& visual = imported.scene.bodies(0).shape().visuals(0);
-  EXPECT_EQ(visual.sha256(), imported.visual_sha256);
-  EXPECT_EQ(visual.mesh(), 0u);
-  EXPECT_FALSE(visual.has_pose()) << "the body is where its node is";
-  EXPECT_EQ(FromProto(visual.scale()), (Vec3d{5, 1, 3}));
-  EXPECT_THAT(imported.notes, Contains("left out: 1 textures of meshes, which are drawn in their base colour"));
-  const json document = DocumentOf(imported.visual_file);
-  EXPECT_EQ(document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"], json({0.8, 0.2, 0.1, 1}));
-  EXPECT_TRUE(document["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
-  EXPECT_EQ(document["accessors"][0]["max"], json({1, 0, 1}));
-  EXPECT_EQ(document.dump().find("uri"), std::string::npos) << "it names no other file";
-  const auto again = ImportAgain(imported.visual_file);
-  ASSERT_TRUE(again.ok()) << again.status();
-  EXPECT_EQ(again->triangles, 2u) << "other programs read it";
-}
-
-TEST(GltfImportTest, MeshesBelowABodyAreDrawnWhereTheyAreInIt) {
-  Level level;
-  const int box = level.Shape({{"type", "box"}, {"box", {{"size", {1, 2, 3}}}}});
-  const int square = level.Square();
-  json crate = Physics("dynamic", {{"mass", 5}});
-  crate["collider"] = {{"shape", box}};
-  const int lid = level.Node({{"mesh", square}, {"translation", {0, 1, 0}}, {"scale", {-0.5, 1, 1.5}}}, false);
-  const double half = std::sqrt(0.5);
-  level.Node({{"name", "crate"},
-              {"translation", {7, 8, 9}},
-              {"rotation", {0, half, 0, half}},
-              {"children", json::array({lid})},
-              {"extensions", {{"OMI_physics_body", crate}}}});
-  level.Node({{"mesh", square}, {"translation", {20, 0, 0}}});
-  const GltfImport imported = Imported(level);
-  ASSERT_EQ(imported.scene.bodies_size(), 2);
-  EXPECT_EQ(DocumentOf(imported.visual_file)["meshes"].size(), 1u) << "a mesh of two bodies is kept once";
-  for (const v1::Body& body : imported.scene.bodies()) {
-    ASSERT_EQ(body.shape().visuals_size(), 1) << body.name();
-    if (body.name() != "crate") continue;
-    const v1::Visual& visual = body.shape().visuals(0);
-    EXPECT_NEAR(Length(FromProto(visual.pose().position()) - Vec3d{0, 1, 0}), 0, 1e-9);
-    const Vec3d scale = FromProto(visual.scale());
-    EXPECT_NEAR(scale.x * scale.y * scale.z, -0.75, 1e-9) << "mirrored";
-    // Its corner (1, 0, 1) is where the level has it: the mirrored x, half as far, and z half as far again.
-    const Vec3d corner = Rotate(FromProto(visual.pose().orientation()), Vec3d{scale.x, 0, scale.z});
-    EXPECT_NEAR(Length(corner - Vec3d{-0.5, 0, 1.5}), 0, 1e-9);
-  }
-}
-
-TEST(GltfImportTest, MeshesThatCannotBeDrawnLeaveTheirShapes) {
-  Level sheared;
-  const double c = std::cos(0.5), s = std::sin(0.5);
-  const int child = sheared.Node({{"mesh", sheared.Square()}, {"rotation", {0, s, 0, c}}}, false);
-  sheared.Node({{"scale", {3, 1, 1}}, {"children", json::array({child})}});
-  const GltfImport flat = Imported(sheared);
-  EXPECT_EQ(flat.scene.bodies(0).shape().visuals_size(), 0);
-  EXPECT_EQ(flat.visual_file, "") << "nothing refers to it";
-  EXPECT_THAT(flat.notes, Contains("left out: 1 sheared, flat or absurdly scaled meshes to draw"));
-
-  Level damaged;
-  const int box = damaged.Shape({{"type", "box"}});
-  const int positions = damaged.Positions({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}});
-  const int indices = damaged.Indices<std::uint32_t>({0, 1, 3}, kUnsignedInt);
-  json crate = Physics("dynamic");
-  crate["collider"] = {{"shape", box}};
-  damaged.Node({{"mesh", damaged.Mesh({{"attributes", {{"POSITION", positions}}}, {"indices", indices}})},
-                {"extensions", {{"OMI_physics_body", crate}}}});
-  const GltfImport kept = Imported(damaged);
-  EXPECT_EQ(kept.dynamic_bodies, 1u);
-  EXPECT_EQ(kept.visual_file, "");
-  EXPECT_THAT(kept.notes, Contains(HasSubstr("not drawn: mesh 0 \"m\": primitive 0: index 2 is 3, of 3 vertices")));
-}
-
-TEST(GltfImportTest, MoreThanAMillionTrianglesAreNotKept) {
-  Level level;
-  const int positions = level.Positions({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}});
-  std::vector<std::uint32_t> corners(std::size_t{3} * 1'000'001);
-  for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = static_cast<std::uint32_t>(i % 3);
-  const int indices = level.Indices<std::uint32_t>(corners, kUnsignedInt);
-  level.Node({{"mesh", level.Mesh({{"attributes", {{"POSITION", positions}}}, {"indices", indices}})}});
-  const auto imported = Import(level);
-  ASSERT_TRUE(imported.ok()) << imported.status();
-  EXPECT_EQ(imported->triangles, 1'000'001u) << "they collide all the same";
-  EXPECT_EQ(imported->visual_file, "");
-  EXPECT_EQ(imported->scene.bodies(0).shape().visuals_size(), 0);
-  EXPECT_THAT(imported->notes, Contains(HasSubstr("these have 1000001 triangles or more")));
 }
 
 // --- What a file may claim.

@@ -9,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "core/world/bytes.h"
 #include "core/world/limits.h"
 
@@ -24,7 +25,8 @@ constexpr std::size_t kGlbHead_bytes = 12 + 8 + 8;
 
 // Bytes of a surface in the file, about.
 std::size_t BytesOf(const Surface& surface) {
-  return (surface.positions.size() + surface.normals.size()) * sizeof(Vec3f) + surface.indices.size() * 4;
+  return (surface.positions.size() + surface.normals.size() + surface.colours.size()) * sizeof(Vec3f) +
+         surface.places.size() * sizeof(surface.places[0]) + surface.indices.size() * 4;
 }
 
 // Red, green and blue of a primitive's material, each 0 to 1; white without one.
@@ -39,9 +41,10 @@ std::array<double, 3> ColourOf(const tinygltf::Model& model, int material) {
   return colour;
 }
 
-bool HasTexture(const tinygltf::Model& model, int material) {
-  return material >= 0 && static_cast<std::size_t>(material) < model.materials.size() &&
-         model.materials[static_cast<std::size_t>(material)].pbrMetallicRoughness.baseColorTexture.index >= 0;
+// The number of the texture of a primitive's material; -1: it has none.
+int TextureOf(const tinygltf::Model& model, int material) {
+  if (material < 0 || static_cast<std::size_t>(material) >= model.materials.size()) return -1;
+  return model.materials[static_cast<std::size_t>(material)].pbrMetallicRoughness.baseColorTexture.index;
 }
 
 // The document and its buffer, which grow together.
@@ -66,11 +69,23 @@ class GlbWriter {
     document_["meshes"].push_back({{"name", name}, {"primitives", json::array()}});
   }
 
-  void AddSurface(const Surface& surface, const std::array<double, 3>& colour) {
+  void AddPicture(const VisualPicture& picture) {
+    const std::size_t begin = buffer_.size();
+    buffer_.Text(picture.file);
+    document_["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", picture.file.size()}});
+    buffer_.PadTo((buffer_.size() + 3) / 4 * 4);
+    document_["textures"].push_back({{"source", document_["images"].size()}});
+    document_["images"].push_back({{"bufferView", document_["bufferViews"].size() - 1}, {"mimeType", picture.type}});
+  }
+
+  void AddSurface(const Surface& surface, const std::array<double, 3>& colour, int picture) {
     json primitive = {{"attributes", {{"POSITION", Positions(surface.positions)}}},
                       {"indices", Indices(surface.indices)},
-                      {"material", Material(colour)}};
-    if (!surface.normals.empty()) primitive["attributes"]["NORMAL"] = Vectors(surface.normals);
+                      {"material", Material(colour, picture)}};
+    json& attributes = primitive["attributes"];
+    if (!surface.normals.empty()) attributes["NORMAL"] = Vectors(surface.normals);
+    if (!surface.colours.empty()) attributes["COLOR_0"] = Vectors(surface.colours);
+    if (picture >= 0) attributes["TEXCOORD_0"] = Places(surface.places);
     document_["meshes"].back()["primitives"].push_back(std::move(primitive));
   }
 
@@ -108,6 +123,14 @@ class GlbWriter {
     for (const Vec3f& v : vectors) buffer_.V(v);
     return Accessor(begin, kVertexTarget, kFloats, "VEC3", vectors.size());
   }
+  std::size_t Places(const std::vector<std::array<float, 2>>& places) {
+    const std::size_t begin = buffer_.size();
+    for (const std::array<float, 2>& place : places) {
+      buffer_.F32(place[0]);
+      buffer_.F32(place[1]);
+    }
+    return Accessor(begin, kVertexTarget, kFloats, "VEC2", places.size());
+  }
   // The format wants to know how far they reach.
   std::size_t Positions(const std::vector<Vec3f>& positions) {
     const std::size_t accessor = Vectors(positions);
@@ -125,20 +148,20 @@ class GlbWriter {
     for (const std::uint32_t index : indices) buffer_.U32(index);
     return Accessor(begin, kIndexTarget, kUnsignedInts, "SCALAR", indices.size());
   }
-  // Materials of one colour are one.
-  std::size_t Material(const std::array<double, 3>& colour) {
-    const auto [found, fresh] = materials_.emplace(colour, materials_.size());
+  // Materials of one colour and one picture are one.
+  std::size_t Material(const std::array<double, 3>& colour, int picture) {
+    const auto [found, fresh] = materials_.emplace(std::pair(colour, picture), materials_.size());
     if (fresh) {
-      document_["materials"].push_back(
-          {{"pbrMetallicRoughness",
-            {{"baseColorFactor", {colour[0], colour[1], colour[2], 1}}, {"metallicFactor", 0}}}});
+      json rough = {{"baseColorFactor", {colour[0], colour[1], colour[2], 1}}, {"metallicFactor", 0}};
+      if (picture >= 0) rough["baseColorTexture"]["index"] = picture;
+      document_["materials"].push_back({{"pbrMetallicRoughness", std::move(rough)}});
     }
     return found->second;
   }
 
   json document_;
   ByteWriter buffer_;
-  std::map<std::array<double, 3>, std::size_t> materials_;
+  std::map<std::pair<std::array<double, 3>, int>, std::size_t> materials_;
 };
 
 }  // namespace
@@ -155,22 +178,58 @@ std::optional<std::uint32_t> VisualMeshes::Add(int mesh) {
     return std::nullopt;
   }
   if (surfaces->empty()) return std::nullopt;
-  for (const Surface& surface : *surfaces) {
+  Drawn drawn{.name = model_.meshes[static_cast<std::size_t>(mesh)].name, .surfaces = {}};
+  drawn.surfaces.reserve(surfaces->size());
+  for (Surface& surface : *surfaces) {
     triangles_ += surface.indices.size() / 3;
     bytes_ += BytesOf(surface);
-    if (HasTexture(model_, surface.material)) ++textures_;
+    const int picture = PictureOf(surface);
+    if (picture < 0 && TextureOf(model_, surface.material) >= 0) ++textures_;
+    drawn.surfaces.push_back({std::move(surface), picture});
   }
   place->second = static_cast<std::uint32_t>(meshes_.size());
-  meshes_.push_back({model_.meshes[static_cast<std::size_t>(mesh)].name, *std::move(surfaces)});
+  meshes_.push_back(std::move(drawn));
   return place->second;
+}
+
+// Without places in a picture there is none.
+int VisualMeshes::PictureOf(const Surface& surface) {
+  const int texture = TextureOf(model_, surface.material);
+  if (surface.places.empty() || texture < 0 || static_cast<std::size_t>(texture) >= model_.textures.size()) return -1;
+  const int image = model_.textures[static_cast<std::size_t>(texture)].source;
+  const auto [found, fresh] = picture_of_.emplace(image, -1);
+  if (fresh) found->second = KeepPictureOf(image);
+  return found->second;
+}
+
+int VisualMeshes::KeepPictureOf(int image) {
+  if (pictures_.size() == kMaxPictures) return -1;
+  std::string file = PictureFile(model_, beside_, image);
+  const auto kind = CheckPicture(file, kMaxPicturePixels - pixels_);
+  if (!kind.ok()) {
+    notes_.push_back(absl::StrCat("picture ", image, " ", kind.status().message(), "; it is not drawn"));
+    return -1;
+  }
+  pixels_ += kind->pixels;
+  if (bytes_ + file.size() > kMaxVisualFile_bytes / 2) {
+    notes_.push_back(absl::StrCat("picture ", image, " has no room in a file of ", kMaxVisualFile_bytes >> 20,
+                                  " MiB; it is not drawn"));
+    return -1;
+  }
+  bytes_ += file.size();
+  pictures_.push_back({kind->type, std::move(file)});
+  return static_cast<int>(pictures_.size()) - 1;
 }
 
 std::string VisualMeshes::Glb() const {
   if (meshes_.empty() || too_large()) return "";
   GlbWriter writer;
+  for (const VisualPicture& picture : pictures_) writer.AddPicture(picture);
   for (const Drawn& mesh : meshes_) {
     writer.BeginMesh(mesh.name);
-    for (const Surface& surface : mesh.surfaces) writer.AddSurface(surface, ColourOf(model_, surface.material));
+    for (const Painted& painted : mesh.surfaces) {
+      writer.AddSurface(painted.surface, ColourOf(model_, painted.surface.material), painted.picture);
+    }
   }
   std::string glb = writer.Finish();
   return glb.size() <= kMaxVisualFile_bytes ? glb : "";

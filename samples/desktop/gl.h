@@ -23,6 +23,7 @@
   F(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)       \
   F(PFNGLGENBUFFERSPROC, GenBuffers)                           \
   F(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                 \
+  F(PFNGLGENERATEMIPMAPPROC, GenerateMipmap)                   \
   F(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                 \
   F(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)             \
   F(PFNGLGETPROGRAMIVPROC, GetProgramiv)                       \

@@ -13,6 +13,8 @@ namespace desktop {
 
 struct Vertex {
   Vec3 position, normal;
+  Vec3 colour{1, 1, 1};          // its own, linear, where a mesh is drawn in its colours
+  std::array<float, 2> place{};  // in the picture that the mesh is painted with, from the upper left
 };
 using Mesh = std::vector<Vertex>;  // three a triangle, counter-clockwise from outside
 

@@ -1,6 +1,5 @@
 // The parts of the client that need no window: triangles, hands, scripts, options, the profiler's arithmetic.
 #include <gtest/gtest.h>
-#include <sodium.h>
 
 #include <algorithm>
 #include <array>
@@ -17,19 +16,10 @@
 #include "options.h"
 #include "profile.h"
 #include "script.h"
-#include "visuals.h"
+#include "testing_volume.h"
 
 namespace desktop {
 namespace {
-
-// By the divergence theorem: right only if the mesh is closed and all its triangles look outwards.
-double VolumeOf(const Mesh& mesh) {
-  double volume = 0;
-  for (std::size_t i = 0; i + 2 < mesh.size(); i += 3) {
-    volume += Dot(mesh[i].position, Cross(mesh[i + 1].position, mesh[i + 2].position)) / 6;
-  }
-  return volume;
-}
 
 tessera::ShapeInfo Shape(tessera_shape_kind kind, double a, double b = 0, double c = 0, double d = 0) {
   tessera::ShapeInfo shape = TESSERA_SHAPE_INFO;
@@ -57,93 +47,6 @@ TEST(MeshTest, NormalsOfRoundShapesLookOutwards) {
       EXPECT_GE(Dot(vertex.normal, vertex.position), -1e-4F) << kind;
     }
   }
-}
-
-// A binary glTF file of one tetrahedron, as `tessera scene import` writes them, in orange.
-std::string Tetrahedron() {
-  const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-  const std::vector<std::uint32_t> indices = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
-  std::string json =
-      R"({"asset":{"version":"2.0"},"materials":[{"pbrMetallicRoughness":{"baseColorFactor":[1,0.2140411,0,1]}}],)"
-      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
-      R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":4},)"
-      R"({"bufferView":1,"componentType":5125,"type":"SCALAR","count":12}],)"
-      R"("bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":48}],)"
-      R"("buffers":[{"byteLength":96}]})";
-  while (json.size() % 4 != 0) json += ' ';
-  std::string glb;
-  const auto word = [&](std::size_t value) {
-    for (int shift = 0; shift < 32; shift += 8) glb += static_cast<char>(value >> shift & 255);
-  };
-  for (const std::size_t value : {std::size_t{0x46546C67}, std::size_t{2}, 28 + json.size() + 96}) word(value);
-  word(json.size()), word(0x4E4F534A);
-  glb += json;
-  word(96), word(0x004E4942);
-  glb.append(reinterpret_cast<const char*>(positions.data()), 48);
-  glb.append(reinterpret_cast<const char*>(indices.data()), 48);
-  return glb;
-}
-
-std::string Sha256Of(const std::string& bytes) {
-  std::array<unsigned char, crypto_hash_sha256_BYTES> digest{};
-  crypto_hash_sha256(digest.data(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-  std::string hex(2 * digest.size() + 1, '\0');
-  sodium_bin2hex(hex.data(), hex.size(), digest.data(), digest.size());
-  return hex.substr(0, 2 * digest.size());
-}
-
-void Put(const std::string& sha256, const std::string& bytes) {
-  std::ofstream(testing::TempDir() + "/" + sha256 + ".glb", std::ios::binary) << bytes;
-}
-
-TEST(VisualsTest, AMeshIsWhereItsVisualPutsItAndKeepsItsOutside) {
-  const std::string glb = Tetrahedron(), sha256 = Sha256Of(glb);
-  Put(sha256, glb);
-  Visuals visuals(testing::TempDir());
-  for (const double side : {1.0, -1.0}) {
-    tessera::VisualInfo info = TESSERA_VISUAL_INFO;
-    info.sha256 = sha256.c_str();
-    info.scale[0] = 6 * side;
-    info.position[1] = 10;
-    const std::vector<Painted> meshes = visuals.MeshesOf({info});
-    ASSERT_EQ(meshes.size(), 1u);
-    EXPECT_NEAR(VolumeOf(meshes[0].mesh), 1, 1e-4) << side;
-    EXPECT_NEAR(meshes[0].colour.x, 1, 1e-6);
-    EXPECT_NEAR(meshes[0].colour.y, 0.5, 1e-4) << "a fifth of the light looks half as bright";
-    EXPECT_EQ(meshes[0].colour.z, 0);
-    for (const Vertex& vertex : meshes[0].mesh) EXPECT_GE(vertex.position.y, 10);
-  }
-  EXPECT_TRUE(visuals.TakeProblems().empty());
-}
-
-TEST(VisualsTest, AFileThatCannotBeDrawnIsSaidOnceAndLeavesTheShape) {
-  const std::string glb = Tetrahedron(), cut = glb.substr(0, glb.size() - 50);
-  Put(Sha256Of(glb), glb);
-  Put(Sha256Of(cut), cut);
-  const std::string other(64, 'a'), none(64, 'b');
-  Put(other, glb);
-  tessera::VisualInfo info = TESSERA_VISUAL_INFO;
-  const auto problem_of = [&](const std::string& sha256, std::uint32_t mesh) {
-    Visuals visuals(testing::TempDir());
-    info.sha256 = sha256.c_str();
-    info.mesh = mesh;
-    EXPECT_TRUE(visuals.MeshesOf({info}).empty());
-    EXPECT_TRUE(visuals.MeshesOf({info}).empty());
-    const std::vector<std::string> problems = visuals.TakeProblems();
-    EXPECT_EQ(problems.size(), 1u);
-    return problems.empty() ? "" : problems[0];
-  };
-  EXPECT_NE(problem_of(none, 0).find("cannot be opened"), std::string::npos);
-  EXPECT_NE(problem_of(other, 0).find("it has another hash"), std::string::npos);
-  EXPECT_NE(problem_of(Sha256Of(cut), 0).find("is no binary glTF file"), std::string::npos);
-  EXPECT_NE(problem_of(Sha256Of(glb), 7).find("mesh 7 is missing"), std::string::npos);
-  std::string broken = glb;
-  broken[broken.find("\"count\":4") + 8] = '9';  // more vertices than there are
-  Put(Sha256Of(broken), broken);
-  EXPECT_NE(problem_of(Sha256Of(broken), 0).find("mesh 0 is damaged"), std::string::npos);
-  Visuals without("");
-  EXPECT_TRUE(without.MeshesOf({info}).empty());
-  EXPECT_TRUE(without.TakeProblems().empty()) << "nobody asked for meshes";
 }
 
 TEST(MeshTest, HullLeavesOutWhatIsInside) {

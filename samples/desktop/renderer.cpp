@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <vector>
 
 namespace desktop {
@@ -20,13 +21,19 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 orientation;
 layout(location = 3) in vec4 place;
 layout(location = 4) in vec4 colour;
+layout(location = 5) in vec3 own_colour;
+layout(location = 6) in vec2 own_place;
+layout(location = 7) in float own_share;
 uniform mat4 view;
 uniform mat4 sun_view;
 out vec3 at;
 out vec3 facing;
 out vec3 in_shadow_map;
+out vec3 own;
+out vec2 place_in_paint;
 flat out vec4 paint;
 flat out float ground;
+flat out float share;
 vec3 turned(vec3 v) { return v + 2.0 * cross(orientation.xyz, cross(orientation.xyz, v) + orientation.w * v); }
 void main() {
   at = turned(position) + place.xyz;
@@ -36,6 +43,9 @@ void main() {
   in_shadow_map = (sun_view * vec4(at + 0.05 * off, 1.0)).xyz * 0.5 + 0.5;
   paint = colour;
   ground = place.w;
+  own = own_colour;
+  place_in_paint = own_place;
+  share = own_share;
   gl_Position = view * vec4(at, 1.0);
 }
 )";
@@ -44,13 +54,18 @@ constexpr char kShade[] = R"(#version 330 core
 in vec3 at;
 in vec3 facing;
 in vec3 in_shadow_map;
+in vec3 own;
+in vec2 place_in_paint;
 flat in vec4 paint;
 flat in float ground;
+flat in float share;
 uniform vec3 eye;
 uniform vec3 to_sun;
 uniform vec3 haze;
 uniform vec3 range;
 uniform sampler2DShadow shadows;
+uniform sampler2D own_paint;
+uniform int is_painted;
 out vec4 pixel;
 float lit() {
   if (any(lessThan(in_shadow_map, vec3(0.0))) || any(greaterThan(in_shadow_map, vec3(1.0)))) return 1.0;
@@ -67,11 +82,16 @@ float grid(vec2 p, float step) {
   vec2 distance = abs(fract(p / step - 0.5) - 0.5) / max(width, vec2(1e-5));
   return (1.0 - min(min(distance.x, distance.y), 1.0)) * clamp(1.0 - 4.0 * max(width.x, width.y), 0.0, 1.0);
 }
+// Files have colours as light, and a screen wants them as eyes tell them apart (IEC 61966-2-1).
+vec3 for_screen(vec3 light) {
+  return mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, light));
+}
 void main() {
   vec3 n = normalize(facing);
   if (!gl_FrontFacing) n = -n;
   vec3 to_eye = normalize(-at);
-  vec3 base = paint.rgb;
+  vec3 light_of_own = is_painted != 0 ? own * texture(own_paint, place_in_paint).rgb : own;
+  vec3 base = mix(paint.rgb, for_screen(light_of_own), share);
   if (ground > 0.5 && n.y > 0.7) {
     vec2 p = at.xz + eye.xz;
     base *= 1.0 + 0.10 * grid(p, 2.0);
@@ -162,20 +182,38 @@ void Renderer::MakeShadowMap() {
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 
-std::size_t Renderer::Add(const Mesh& mesh, bool both_sides) {
+// Smaller copies of it are drawn from further away, and its edges join: it may be laid side by side.
+GLuint Renderer::PaintOf(const std::shared_ptr<const Paint>& paint) {
+  if (paint == nullptr) return 0;
+  const auto [found, is_new] = paints_.try_emplace(paint, 0);
+  if (!is_new) return found->second;
+  glGenTextures(1, &found->second);
+  glBindTexture(GL_TEXTURE_2D, found->second);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, paint->width, paint->height, 0, GL_RGB, GL_UNSIGNED_BYTE, paint->rgb.data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  gl_.GenerateMipmap(GL_TEXTURE_2D);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return found->second;
+}
+
+std::size_t Renderer::Add(const Mesh& mesh, const Coat& coat) {
   // Corners that triangles share are computed once.
-  std::map<std::array<float, 6>, GLuint> known;
+  std::map<std::array<float, 11>, GLuint> known;
   std::vector<Vertex> corners;
   std::vector<GLuint> indices;
   for (const Vertex& v : mesh) {
-    const std::array<float, 6> key = {v.position.x, v.position.y, v.position.z, v.normal.x, v.normal.y, v.normal.z};
+    const std::array<float, 11> key = {v.position.x, v.position.y, v.position.z, v.normal.x, v.normal.y, v.normal.z,
+                                       v.colour.x,   v.colour.y,   v.colour.z,   v.place[0], v.place[1]};
     const auto [found, is_new] = known.try_emplace(key, static_cast<GLuint>(corners.size()));
     if (is_new) corners.push_back(v);
     indices.push_back(found->second);
   }
   Buffers buffers;
   buffers.index_count = static_cast<GLsizei>(indices.size());
-  buffers.both_sides = both_sides;
+  buffers.both_sides = coat.both_sides;
+  buffers.paint = PaintOf(coat.paint);
   gl_.GenVertexArrays(1, &buffers.array);
   gl_.BindVertexArray(buffers.array);
   const auto attribute = [&](GLuint location, GLint numbers, std::size_t stride, std::size_t offset, GLuint divisor) {
@@ -194,11 +232,14 @@ std::size_t Renderer::Add(const Mesh& mesh, bool both_sides) {
                  GL_STATIC_DRAW);
   attribute(0, 3, sizeof(Vertex), offsetof(Vertex, position), 0);
   attribute(1, 3, sizeof(Vertex), offsetof(Vertex, normal), 0);
+  attribute(5, 3, sizeof(Vertex), offsetof(Vertex, colour), 0);
+  attribute(6, 2, sizeof(Vertex), offsetof(Vertex, place), 0);
   gl_.GenBuffers(1, &buffers.copies);
   gl_.BindBuffer(GL_ARRAY_BUFFER, buffers.copies);
   attribute(2, 4, sizeof(Copy), offsetof(Copy, orientation), 1);
   attribute(3, 4, sizeof(Copy), offsetof(Copy, position), 1);
   attribute(4, 4, sizeof(Copy), offsetof(Copy, colour), 1);
+  attribute(7, 1, sizeof(Copy), offsetof(Copy, own), 1);
   gl_.BindVertexArray(0);
   meshes_.push_back(buffers);
   return meshes_.size() - 1;
@@ -212,18 +253,25 @@ void Renderer::Clear() {
     gl_.DeleteBuffers(1, &mesh.copies);
   }
   meshes_.clear();
+  for (const auto& [paint, texture] : paints_) glDeleteTextures(1, &texture);
+  paints_.clear();
 }
 
 void Renderer::SetMatrix(GLuint program, const char* name, const Matrix& matrix) {
   gl_.UniformMatrix4fv(gl_.GetUniformLocation(program, name), 1, GL_FALSE, matrix.data());
 }
 
-void Renderer::DrawCopies() {
+void Renderer::DrawCopies(bool in_colour) {
+  const GLint is_painted = gl_.GetUniformLocation(world_, "is_painted");
   for (const auto& [mesh, count] : drawn_) {
     if (meshes_[mesh].both_sides) {
       glDisable(GL_CULL_FACE);
     } else {
       glEnable(GL_CULL_FACE);
+    }
+    if (in_colour) {
+      glBindTexture(GL_TEXTURE_2D, meshes_[mesh].paint);
+      gl_.Uniform1i(is_painted, meshes_[mesh].paint != 0 ? 1 : 0);
     }
     gl_.BindVertexArray(meshes_[mesh].array);
     gl_.DrawElementsInstanced(GL_TRIANGLES, meshes_[mesh].index_count, GL_UNSIGNED_INT, nullptr, count);
@@ -255,7 +303,7 @@ void Renderer::Draw(const Picture& picture, int width, int height) {
   gl_.UseProgram(shadow_);
   SetMatrix(shadow_, "view", sun_view);
   SetMatrix(shadow_, "sun_view", sun_view);
-  if (shadows_) DrawCopies();
+  if (shadows_) DrawCopies(false);
 
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
   glViewport(0, 0, width, height);
@@ -282,7 +330,11 @@ void Renderer::Draw(const Picture& picture, int width, int height) {
   gl_.ActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, shadow_map_);
   gl_.Uniform1i(gl_.GetUniformLocation(world_, "shadows"), 0);
-  DrawCopies();
+  gl_.Uniform1i(gl_.GetUniformLocation(world_, "own_paint"), 1);
+  gl_.ActiveTexture(GL_TEXTURE1);
+  DrawCopies(true);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  gl_.ActiveTexture(GL_TEXTURE0);
   gl_.BindVertexArray(0);
   gl_.UseProgram(0);
 }

@@ -11,11 +11,13 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "gl.h"
 #include "meshes.h"
+#include "paints.h"
 
 namespace desktop {
 
@@ -26,6 +28,13 @@ struct Copy {
   float is_ground = 0;  // 1: with a grid on what faces up
   Vec3 colour;
   float glow = 0;  // 0 to 1: an outline of light, for the own body
+  float own = 0;   // 0 to 1: share of the mesh's own colours
+};
+
+// The way in which all copies of a mesh look.
+struct Coat {
+  bool both_sides = false;                  // it is seen from within as well
+  std::shared_ptr<const Paint> paint = {};  // multiplied with its own colours; null: nothing is
 };
 
 struct Picture {
@@ -46,8 +55,8 @@ class Renderer {
 
   // The driver's complaints about the shaders; empty if they are well.
   const std::string& error() const { return error_; }
-  // `both_sides`: it is seen from within as well.
-  std::size_t Add(const Mesh& mesh, bool both_sides = false);
+  // A paint that several meshes share is kept once.
+  std::size_t Add(const Mesh& mesh, const Coat& coat = {});
   void Clear();
   void Draw(const Picture& picture, int width, int height);
 
@@ -56,10 +65,12 @@ class Renderer {
     GLuint array = 0, vertices = 0, indices = 0, copies = 0;
     GLsizei index_count = 0;
     bool both_sides = false;
+    GLuint paint = 0;  // 0: none
   };
   GLuint Link(const char* vertex, const char* fragment);
   void MakeShadowMap();
-  void DrawCopies();
+  GLuint PaintOf(const std::shared_ptr<const Paint>& paint);
+  void DrawCopies(bool in_colour);
   void SetMatrix(GLuint program, const char* name, const Matrix& matrix);
 
   Gl& gl_;
@@ -67,6 +78,7 @@ class Renderer {
   std::string error_;
   GLuint world_ = 0, shadow_ = 0, sky_ = 0, shadow_map_ = 0, shadow_frame_ = 0, nothing_ = 0;
   std::vector<Buffers> meshes_;
+  std::map<std::shared_ptr<const Paint>, GLuint> paints_;
   std::vector<std::pair<std::size_t, GLsizei>> drawn_;  // drawn in the frame under way: mesh, copies
 };
 

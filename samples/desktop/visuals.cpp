@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -20,9 +21,12 @@ namespace desktop {
 
 struct VisualFile {
   tinygltf::Model model;
+  std::map<int, std::shared_ptr<const Paint>> paints;  // by image; null: it cannot be drawn
 };
 
 namespace {
+
+constexpr char kShapes[] = "shapes are drawn in its place";
 
 std::string HashOf(const std::string& bytes) {
   std::array<unsigned char, crypto_hash_sha256_BYTES> digest{};
@@ -53,7 +57,8 @@ std::optional<Elements> ElementsOf(const tinygltf::Model& model, int index, int 
   if (buffer == nullptr) return std::nullopt;
   const int bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor->componentType));
   if (bytes <= 0) return std::nullopt;
-  const std::size_t element = static_cast<std::size_t>(bytes) * (type == TINYGLTF_TYPE_VEC3 ? 3 : 1);
+  const int parts = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+  const std::size_t element = static_cast<std::size_t>(bytes) * static_cast<std::size_t>(parts);
   const std::size_t stride = view->byteStride == 0 ? element : view->byteStride, size = buffer->data.size();
   // A count that would overflow is larger than any buffer.
   if (stride < element || stride > 255 || accessor->count > size || view->byteOffset > size ||
@@ -107,9 +112,33 @@ std::optional<std::vector<std::uint32_t>> IndicesOf(const tinygltf::Model& model
   return indices;
 }
 
-// The format has colours as light, and a screen wants them as eyes tell them apart (IEC 61966-2-1).
-float ForScreen(double light) {
-  return static_cast<float>(light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+// The first `kParts` numbers of each element: floats, or integers that stand for 0 to 1. Nothing if there are not
+// `count` of them, or one is not finite.
+template <std::size_t kParts>
+std::optional<std::vector<std::array<float, kParts>>> SharesOf(const tinygltf::Model& model, int accessor, int type,
+                                                               std::size_t count) {
+  const auto elements = ElementsOf(model, accessor, type);
+  if (!elements || elements->count != count) return std::nullopt;
+  std::vector<std::array<float, kParts>> values(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const unsigned char* const at = elements->bytes + i * elements->stride;
+    for (std::size_t k = 0; k < kParts; ++k) {
+      float& value = values[i][k];
+      std::uint16_t whole = 0;
+      if (elements->component == TINYGLTF_COMPONENT_TYPE_FLOAT) {
+        std::memcpy(&value, at + k * sizeof value, sizeof value);
+      } else if (elements->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) {
+        value = static_cast<float>(at[k]) / 0xff;
+      } else if (elements->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
+        std::memcpy(&whole, at + k * sizeof whole, sizeof whole);
+        value = static_cast<float>(whole) / 0xffff;
+      } else {
+        return std::nullopt;
+      }
+      if (!std::isfinite(value)) return std::nullopt;
+    }
+  }
+  return values;
 }
 
 Vec3 ColourOf(const tinygltf::Model& model, int material) {
@@ -117,7 +146,7 @@ Vec3 ColourOf(const tinygltf::Model& model, int material) {
   if (found == nullptr || found->pbrMetallicRoughness.baseColorFactor.size() < 3) return {1, 1, 1};
   const std::vector<double>& factor = found->pbrMetallicRoughness.baseColorFactor;
   const auto part = [&](std::size_t i) {
-    return std::isfinite(factor[i]) ? ForScreen(std::clamp(factor[i], 0.0, 1.0)) : 1.0F;
+    return std::isfinite(factor[i]) ? static_cast<float>(std::clamp(factor[i], 0.0, 1.0)) : 1.0F;
   };
   return {part(0), part(1), part(2)};
 }
@@ -139,7 +168,43 @@ struct Placing {
   bool mirrors() const { return scale[0] * scale[1] * scale[2] < 0; }
 };
 
-// Nothing for a primitive that is damaged, or is not made of triangles.
+// Colours of a primitive's vertices, linear. Nothing if it has some that are damaged.
+std::optional<std::vector<Vec3>> ColoursOf(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                                           std::size_t count) {
+  const Vec3 factor = ColourOf(model, primitive.material);
+  std::vector<Vec3> colours(count, factor);
+  const auto attribute = primitive.attributes.find("COLOR_0");
+  if (attribute == primitive.attributes.end()) return colours;
+  auto own = SharesOf<3>(model, attribute->second, TINYGLTF_TYPE_VEC3, count);
+  if (!own) own = SharesOf<3>(model, attribute->second, TINYGLTF_TYPE_VEC4, count);
+  if (!own) return std::nullopt;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::array<float, 3>& part = (*own)[i];
+    colours[i] = {factor.x * std::clamp(part[0], 0.0F, 1.0F), factor.y * std::clamp(part[1], 0.0F, 1.0F),
+                  factor.z * std::clamp(part[2], 0.0F, 1.0F)};
+  }
+  return colours;
+}
+
+// The texture of a material's base colour; null: it has none.
+const tinygltf::TextureInfo* TextureOf(const tinygltf::Model& model, int material) {
+  const tinygltf::Material* const found = At(model.materials, material);
+  if (found == nullptr || found->pbrMetallicRoughness.baseColorTexture.index < 0) return nullptr;
+  return &found->pbrMetallicRoughness.baseColorTexture;
+}
+
+// Places in the picture of a primitive's material; empty if it has none. Nothing if they are damaged.
+std::optional<std::vector<std::array<float, 2>>> PlacesOf(const tinygltf::Model& model,
+                                                          const tinygltf::Primitive& primitive, std::size_t count) {
+  const tinygltf::TextureInfo* const texture = TextureOf(model, primitive.material);
+  std::vector<std::array<float, 2>> none;
+  if (texture == nullptr) return none;
+  const auto attribute = primitive.attributes.find("TEXCOORD_" + std::to_string(texture->texCoord));
+  if (attribute == primitive.attributes.end()) return none;
+  return SharesOf<2>(model, attribute->second, TINYGLTF_TYPE_VEC2, count);
+}
+
+// Nothing for a primitive that is damaged, or is not made of triangles. It is not painted yet.
 std::optional<Painted> PrimitiveOf(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
                                    const Placing& placing) {
   const auto named = primitive.attributes.find("POSITION"), normal = primitive.attributes.find("NORMAL");
@@ -151,7 +216,10 @@ std::optional<Painted> PrimitiveOf(const tinygltf::Model& model, const tinygltf:
   std::optional<std::vector<Vec3>> normals;
   if (normal != primitive.attributes.end()) normals = VectorsOf(model, normal->second);
   if (normals && normals->size() != positions->size()) return std::nullopt;
-  Painted painted{{}, ColourOf(model, primitive.material)};
+  const auto colours = ColoursOf(model, primitive, positions->size());
+  const auto places = PlacesOf(model, primitive, positions->size());
+  if (!colours || !places) return std::nullopt;
+  Painted painted;
   painted.mesh.reserve(indices->size());
   for (std::size_t i = 0; i + 2 < indices->size(); i += 3) {
     std::array<std::uint32_t, 3> corner{(*indices)[i], (*indices)[i + 1], (*indices)[i + 2]};
@@ -159,6 +227,8 @@ std::optional<Painted> PrimitiveOf(const tinygltf::Model& model, const tinygltf:
     std::array<Vertex, 3> vertices;
     for (std::size_t k = 0; k < 3; ++k) {
       vertices[k].position = placing.Point((*positions)[corner[k]]);
+      vertices[k].colour = (*colours)[corner[k]];
+      if (!places->empty()) vertices[k].place = (*places)[corner[k]];
       if (normals) vertices[k].normal = placing.Normal((*normals)[corner[k]]);
     }
     const Vec3 flat =
@@ -187,8 +257,9 @@ std::size_t TrianglesOf(const tinygltf::Model& model) {
 
 // Nothing is read beside the file: whatever names another one is refused.
 bool NamesOthers(const tinygltf::Model& model) {
-  return std::any_of(model.buffers.begin(), model.buffers.end(),
-                     [](const tinygltf::Buffer& buffer) { return !buffer.uri.empty(); });
+  const auto elsewhere = [](const auto& one) { return !one.uri.empty(); };
+  return std::any_of(model.buffers.begin(), model.buffers.end(), elsewhere) ||
+         std::any_of(model.images.begin(), model.images.end(), elsewhere);
 }
 
 bool LoadNoImage(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
@@ -233,11 +304,11 @@ std::string ReadVisualFile(const std::string& path, const std::string& sha256, V
 Visuals::Visuals(std::string folder) : folder_(std::move(folder)) {}
 Visuals::~Visuals() = default;
 
-void Visuals::Complain(const std::string& text) {
-  if (said_.insert(text).second) problems_.push_back(text + "; shapes are drawn in its place");
+void Visuals::Complain(const std::string& text, const std::string& instead) {
+  if (said_.insert(text).second) problems_.push_back(text + "; " + instead);
 }
 
-const VisualFile* Visuals::Open(const std::string& sha256) {
+VisualFile* Visuals::Open(const std::string& sha256) {
   const auto [found, is_new] = files_.try_emplace(sha256);
   if (!is_new) return found->second.get();
   auto file = std::make_unique<VisualFile>();
@@ -245,16 +316,35 @@ const VisualFile* Visuals::Open(const std::string& sha256) {
   if (problem.empty()) {
     found->second = std::move(file);
   } else {
-    Complain(path + " " + problem);
+    Complain(path + " " + problem, kShapes);
   }
   return found->second.get();
+}
+
+// A picture that cannot be drawn leaves the colours.
+std::shared_ptr<const Paint> Visuals::PaintOf(VisualFile& file, const std::string& sha256, int material) {
+  const tinygltf::TextureInfo* const texture = TextureOf(file.model, material);
+  const tinygltf::Texture* const found = texture == nullptr ? nullptr : At(file.model.textures, texture->index);
+  if (found == nullptr || found->source < 0) return nullptr;
+  const auto [known, is_new] = file.paints.try_emplace(found->source);
+  if (!is_new) return known->second;
+  Paint paint;
+  std::string problem = "is one too many";
+  if (file.paints.size() <= kMostPaints) problem = ReadPaint(file.model, found->source, paint);
+  if (problem.empty()) {
+    known->second = std::make_shared<const Paint>(std::move(paint));
+  } else {
+    Complain(sha256 + ".glb: picture " + std::to_string(found->source) + " " + problem,
+             "its meshes have their base colour");
+  }
+  return known->second;
 }
 
 std::vector<Painted> Visuals::MeshesOf(const std::vector<tessera::VisualInfo>& visuals) {
   std::vector<Painted> meshes;
   if (folder_.empty()) return meshes;
   for (const tessera::VisualInfo& visual : visuals) {
-    const VisualFile* const file = Open(visual.sha256);
+    VisualFile* const file = Open(visual.sha256);
     if (file == nullptr) return {};
     const tinygltf::Mesh* const mesh = At(file->model.meshes, static_cast<int>(visual.mesh));
     Placing placing;
@@ -263,15 +353,16 @@ std::vector<Painted> Visuals::MeshesOf(const std::vector<tessera::VisualInfo>& v
     std::copy_n(visual.scale, 3, placing.scale.begin());
     const std::string name = std::string(visual.sha256) + ".glb: mesh " + std::to_string(visual.mesh);
     if (mesh == nullptr) {
-      Complain(name + " is missing");
+      Complain(name + " is missing", kShapes);
       return {};
     }
     for (const tinygltf::Primitive& primitive : mesh->primitives) {
       auto painted = PrimitiveOf(file->model, primitive, placing);
       if (!painted) {
-        Complain(name + " is damaged");
+        Complain(name + " is damaged", kShapes);
         return {};
       }
+      painted->paint = PaintOf(*file, visual.sha256, primitive.material);
       meshes.push_back(*std::move(painted));
     }
   }

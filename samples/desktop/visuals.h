@@ -17,15 +17,16 @@
 #include <vector>
 
 #include "meshes.h"
+#include "paints.h"
 #include "tessera/tessera.hpp"
 #include "vectors.h"
 
 namespace desktop {
 
-// Triangles of one colour, in the shape's frame.
+// Triangles in the shape's frame, with their colours, and the picture that these are multiplied with; null: none.
 struct Painted {
   Mesh mesh;
-  Vec3 colour{1, 1, 1};  // as a screen shows it (sRGB)
+  std::shared_ptr<const Paint> paint;
 };
 
 // A file that is larger is not read, and no more triangles are drawn of one.
@@ -44,8 +45,9 @@ class Visuals {
   std::vector<std::string> TakeProblems() { return std::move(problems_); }
 
  private:
-  const VisualFile* Open(const std::string& sha256);
-  void Complain(const std::string& text);
+  VisualFile* Open(const std::string& sha256);
+  std::shared_ptr<const Paint> PaintOf(VisualFile& file, const std::string& sha256, int material);
+  void Complain(const std::string& text, const std::string& instead);
 
   std::string folder_;
   std::map<std::string, std::unique_ptr<VisualFile>> files_;  // by hash; null: it cannot be had

@@ -58,14 +58,15 @@ const std::vector<World::Placed>& World::MeshesOf(const tessera_shape* shape) {
   if (!is_new) return found->second;
   for (const Painted& painted : visuals_.MeshesOf(tessera::SceneShape(shape).Visuals())) {
     // A flag or a fence has no thickness.
-    found->second.push_back({renderer_.Add(painted.mesh, true), {}, painted.colour});
+    const Coat coat{.both_sides = true, .paint = painted.paint};
+    found->second.push_back({renderer_.Add(painted.mesh, coat), {}, true});
   }
   if (!found->second.empty()) return found->second;
   for (const Part& part : PartsOf(shape)) {
     tessera::ShapeInfo info = TESSERA_SHAPE_INFO;
     if (tessera_get_shape(part.shape, &info) != TESSERA_OK) continue;
     const Mesh mesh = MeshOf(info, picture_.far_m);
-    if (!mesh.empty()) found->second.push_back({renderer_.Add(mesh), part, std::nullopt});
+    if (!mesh.empty()) found->second.push_back({renderer_.Add(mesh), part, false});
   }
   return found->second;
 }
@@ -79,7 +80,6 @@ const std::vector<World::Placed>* World::MeshesOf(const tessera::Client& client,
 }
 
 void World::Paint(const std::vector<Placed>& meshes, const double* position, const double* orientation, Copy as) {
-  const Vec3 wanted = as.colour;
   const float ground = as.is_ground;
   const std::array<double, 4> turn = {orientation[0], orientation[1], orientation[2], orientation[3]};
   for (const Placed& placed : meshes) {
@@ -90,8 +90,8 @@ void World::Paint(const std::vector<Placed>& meshes, const double* position, con
                    static_cast<float>(position[2] + offset[2] - picture_.eye[2])};
     for (std::size_t i = 0; i < 4; ++i) as.orientation[i] = static_cast<float>(whole[i]);
     // A wall has its own colour; of a body's half says whose it is.
-    as.colour = placed.colour ? Mix(*placed.colour, wanted, ground > 0 ? 0 : kOwnerShare) : wanted;
-    as.is_ground = placed.colour ? 0 : ground;
+    as.own = !placed.coloured ? 0 : ground > 0 ? 1 : 1 - kOwnerShare;
+    as.is_ground = placed.coloured ? 0 : ground;
     picture_.copies[placed.mesh].push_back(as);
   }
 }

@@ -37,7 +37,7 @@ class World {
   struct Placed {
     std::size_t mesh = 0;
     Part part;
-    std::optional<Vec3> colour;  // its own, where a file has one
+    bool coloured = false;  // it has its own colours, out of a file
   };
   const std::vector<Placed>& MeshesOf(const tessera_shape* shape);
   const std::vector<Placed>* MeshesOf(const tessera::Client& client, std::uint64_t body);

@@ -93,23 +93,41 @@ class DesktopTest : public WorldTest {
   VirtualDisplay display_{folder_.path()};
 };
 
+// A PNG file of one pixel, of 69 bytes: half as red as a screen can be, and a fifth as green.
+constexpr char kBrown[] =
+    "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de0000000c4944415478da6368306600"
+    "0001ea00b4e50f52d10000000049454e44ae426082";
+constexpr std::size_t kBrown_bytes = (sizeof kBrown - 1) / 2;
+
 // A level of a floor, a place to begin, and two squares of 5 m ahead of it, left and right, which are nothing but
-// sides: the left one faces the player, and the right one shows its back. A fifth of the light is half as bright to the
-// eye.
+// sides: the left one faces the player, and is brown by its material's colour; the right one shows its back, and is
+// brown by its picture. A fifth of the light is half as bright to the eye.
 std::string TwoSides() {
-  const std::vector<float> positions = {0, 0, 0, 5, 0, 0, 5, 5, 0, 0, 5, 0};
+  const std::vector<float> positions = {0, 0, 0, 5, 0, 0, 5, 5, 0, 0, 5, 0}, places = {0, 1, 1, 1, 1, 0, 0, 0};
   const std::vector<std::uint32_t> indices = {0, 1, 2, 0, 2, 3};
+  std::string picture;
+  for (std::size_t i = 0; i < kBrown_bytes; ++i) {
+    picture += static_cast<char>(std::stoi(std::string(kBrown + 2 * i, 2), nullptr, 16));
+  }
+  const std::string bytes = std::to_string(kBrown_bytes);
+  picture.resize((picture.size() + 3) / 4 * 4);
+  const std::size_t size = 48 + 24 + 32 + picture.size();
   std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2,3]}],"nodes":[)"
                      R"({"name":"spawn"},{"name":"face","mesh":0,"translation":[-6,0,-6]},)"
-                     R"({"name":"back","mesh":0,"translation":[6,0,-6],"rotation":[0,1,0,0]},)"
+                     R"({"name":"back","mesh":1,"translation":[6,0,-6],"rotation":[0,1,0,0]},)"
                      R"({"name":"floor","mesh":0,"translation":[-40,0,40],"rotation":[-0.70710678,0,0,0.70710678],)"
                      R"("scale":[16,16,1]}],)"
-                     R"("materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.2140411,0.0331048,0,1]}}],)"
-                     R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
+                     R"("materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.2140411,0.0331048,0,1]}},)"
+                     R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],)"
+                     R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]},)"
+                     R"({"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":2},"indices":1,"material":1}]}],)"
+                     R"("textures":[{"source":0}],"images":[{"bufferView":3,"mimeType":"image/png"}],)"
                      R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":4},)"
-                     R"({"bufferView":1,"componentType":5125,"type":"SCALAR","count":6}],"bufferViews":[)"
-                     R"({"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],)"
-                     R"("buffers":[{"byteLength":72}]})";
+                     R"({"bufferView":1,"componentType":5125,"type":"SCALAR","count":6},)"
+                     R"({"bufferView":2,"componentType":5126,"type":"VEC2","count":4}],"bufferViews":[)"
+                     R"({"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24},)"
+                     R"({"buffer":0,"byteOffset":72,"byteLength":32},{"buffer":0,"byteOffset":104,"byteLength":)" +
+                     bytes + R"(}],"buffers":[{"byteLength":)" + std::to_string(size) + "}]}";
   json.resize((json.size() + 3) / 4 * 4, ' ');
   std::string glb;
   const auto words = [&](std::initializer_list<std::size_t> values) {
@@ -117,12 +135,13 @@ std::string TwoSides() {
       for (int shift = 0; shift < 32; shift += 8) glb += static_cast<char>(value >> shift & 255);
     }
   };
-  words({0x46546C67, 2, 28 + json.size() + 72, json.size(), 0x4E4F534A});
+  words({0x46546C67, 2, 28 + json.size() + size, json.size(), 0x4E4F534A});
   glb += json;
-  words({72, 0x004E4942});
+  words({size, 0x004E4942});
   glb.append(reinterpret_cast<const char*>(positions.data()), 48);
   glb.append(reinterpret_cast<const char*>(indices.data()), 24);
-  return glb;
+  glb.append(reinterpret_cast<const char*>(places.data()), 32);
+  return glb + picture;
 }
 
 double MetricOf(const std::string& page, const std::string& series) {
@@ -191,7 +210,7 @@ TEST_F(DesktopTest, PlaysAndShowsWhatItCosts) {
   }
 }
 
-TEST_F(DesktopTest, DrawsTheMeshesOfAnImportedLevelInTheirColoursFromBothSides) {
+TEST_F(DesktopTest, DrawsTheMeshesOfAnImportedLevelInTheirColoursAndPicturesFromBothSides) {
   std::ofstream(File("sides.glb"), std::ios::binary) << TwoSides();
   const auto imported = support::RunProgram("tessera", {"scene", "import", File("sides.glb"), File("sides.json")});
   ASSERT_EQ(imported.exit_code, 0) << imported.err;

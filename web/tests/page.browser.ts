@@ -5,7 +5,7 @@ import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { type Complaints, launch, open } from '../testing/browser.ts';
 import { FakeGateway } from '../testing/fake_gateway.ts';
-import { makeGlb, pyramid, sha256Of } from '../testing/glb_file.ts';
+import { makeGlb, makePng, pyramid, sha256Of } from '../testing/glb_file.ts';
 
 const BODIES = 300;
 const PILES = 420;
@@ -388,6 +388,20 @@ function withVisuals(files: Map<string, Buffer>, sha256: string): FakeGateway {
   return new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true, visuals, files });
 }
 
+// Red, green and blue of the picture where this point of the world is.
+async function pixelAt(shown: Page, x: number, y: number, z: number): Promise<[number, number, number]> {
+  return (await value(`(() => {
+    const { page, view } = tessera;
+    page.picture();
+    const canvas = document.getElementById('world');
+    const gl = canvas.getContext('webgl2');
+    const place = view.project(${x}, ${y}, ${z});
+    const out = new Uint8Array(4);
+    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
+    return [...out].slice(0, 3);
+  })()`, shown)) as [number, number, number];
+}
+
 test('bodies and the level are drawn by the meshes that their shapes refer to', async () => {
   const glb = makeGlb([pyramid(2, [0.9, 0.05, 0.05]), pyramid(1, [0.05, 0.9, 0.05])]);
   const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
@@ -401,16 +415,7 @@ test('bodies and the level are drawn by the meshes that their shapes refer to', 
   assert.deepEqual([crates.geometries, crates.corners], [1, 18], 'all are instances of one pyramid');
   // From above, the ramp's pyramid is green, and where a pile of crates is there is red in it.
   await value('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])', shown);
-  const colour = (await value(`(() => {
-    const { page, view } = tessera;
-    page.picture();
-    const canvas = document.getElementById('world');
-    const gl = canvas.getContext('webgl2');
-    const place = view.project(22, 2, 7);
-    const out = new Uint8Array(4);
-    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
-    return [...out].slice(0, 3);
-  })()`, shown)) as [number, number, number];
+  const colour = await pixelAt(shown, 22, 2, 7);
   assert.ok(colour[1] > 1.5 * colour[0] && colour[1] > 1.5 * colour[2], `green: ${colour.join()}`);
   if (process.env['TESSERA_SHOT']) {
     await value('tessera.view.rig.set([26, 9, 30], [30, 1, 12])', shown);
@@ -418,6 +423,42 @@ test('bodies and the level are drawn by the meshes that their shapes refer to', 
   }
   assert.equal(await shown.locator('#toasts .bad').count(), 0);
   assert.deepEqual(heard, { errors: [], foreign: [] });
+  await close();
+});
+
+test('meshes are painted with the pictures of their file, and with the colours of their vertices', async () => {
+  const blueAndYellow = makePng(2, 1, (x) => (x === 0 ? [20, 20, 240] : [240, 240, 20]));
+  const flat = { positions: [-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1], indices: [0, 1, 2, 0, 2, 3], places: [0, 0, 0, 1, 1, 1, 1, 0] };
+  const red = { ...flat, colours: Array.from({ length: 4 }, () => [1, 0.02, 0.02]).flat() };
+  const glb = makeGlb([red, { ...flat, picture: blueAndYellow }]);
+  const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
+  await shown.waitForFunction('tessera.counts.visuals === 2 && tessera.counts.statics === 9', undefined, WAIT);
+  await value('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])', shown);
+  // The picture is on the ramp, from west to east.
+  const west = await pixelAt(shown, 20, 0.6, 7);
+  const east = await pixelAt(shown, 28, 2.2, 7);
+  assert.ok(west[2] > 1.5 * west[0] && west[2] > 1.5 * west[1], `blue: ${west.join()}`);
+  assert.ok(east[0] > 1.5 * east[2] && east[1] > 1.5 * east[2], `yellow: ${east.join()}`);
+  if (process.env['TESSERA_SHOT']) {
+    await value('tessera.view.rig.set([26, 9, 30], [28, 1, 10])', shown);
+    await shown.screenshot({ path: process.env['TESSERA_SHOT'] });
+  }
+  assert.equal(await shown.locator('#toasts .bad').count(), 0);
+  assert.deepEqual(heard, { errors: [], foreign: [] });
+  await close();
+});
+
+test('a picture that is damaged leaves the base colour, and the page says so once', async () => {
+  const cut = makePng(64, 64, (x, y) => [x, y, (x * y) & 255]).subarray(0, 60);
+  const flat = { positions: [-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1], indices: [0, 1, 2, 0, 2, 3], places: [0, 0, 0, 1, 1, 1, 1, 0], colour: [0.02, 0.9, 0.02], picture: cut };
+  const glb = makeGlb([flat, flat]);
+  const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
+  await shown.waitForFunction('tessera.counts.visuals === 2 && tessera.counts.statics === 9', undefined, WAIT);
+  assert.match((await shown.locator('#toasts .bad').first().textContent())!, /A picture of [0-9a-f]{12}….glb cannot be drawn: it is damaged/);
+  await value('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])', shown);
+  const colour = await pixelAt(shown, 22, 1, 7);
+  assert.ok(colour[1] > 1.5 * colour[0] && colour[1] > 1.5 * colour[2], `green: ${colour.join()}`);
+  assert.deepEqual(heard.foreign, []);
   await close();
 });
 

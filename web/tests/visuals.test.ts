@@ -6,8 +6,9 @@ import * as THREE from 'three';
 import { GlbError, MOST_TRIANGLES, parseGlb } from '../src/protocol/glb.ts';
 import type { Shape, ShapeVisuals, StaticBody } from '../src/protocol/messages.ts';
 import { Level } from '../src/view/level.ts';
+import { LAYER_PIXELS, Pictures } from '../src/view/pictures.ts';
 import { type Meshes, Visuals } from '../src/view/visuals.ts';
-import { makeGlb, pyramid } from '../testing/glb_file.ts';
+import { makeGlb, makePng, pyramid } from '../testing/glb_file.ts';
 
 const UPRIGHT = [0, 0, 0, 1];
 const HASH = 'a'.repeat(64);
@@ -37,6 +38,29 @@ test('a mesh comes with its triangles, normals and colour', () => {
   assert.deepEqual(first![0]!.colour, [0.5, 0.25, 0]);
   assert.deepEqual([...second![0]!.normals!], square.normals);
   assert.deepEqual(second![0]!.colour, [1, 1, 1]);
+});
+
+test('a primitive has the colours of its vertices, and the picture of its material', () => {
+  const picture = makePng(2, 2, () => [1, 2, 3]);
+  const square = { positions: [0, 0, 0, 0, 0, 1, 1, 0, 0], indices: [0, 1, 2], colours: [1, 0, 0, 0, 1, 0, 0, 0, 1], places: [0, 0, 0, 1, 1, 0], picture };
+  const [mesh] = parse(makeGlb([square]));
+  assert.deepEqual([...mesh![0]!.colours!], square.colours);
+  assert.deepEqual([...mesh![0]!.places!], square.places);
+  assert.deepEqual(Buffer.from(mesh![0]!.picture!), picture);
+  const { places, ...bare } = square;
+  const [without] = parse(makeGlb([bare]));
+  assert.deepEqual([places.length, without![0]!.places, without![0]!.picture], [6, null, null], 'without places it is not painted');
+  const broken = (change: (document: any) => void) => fault(makeGlb([square], change));
+  assert.match(broken((d) => (d.images[0].uri = 'https://other.example/a.png')), /images\[0\] is another file/);
+  assert.equal(parse(makeGlb([square], (d) => delete d.textures[0].source))[0]![0]!.picture, null, 'a picture of a kind that is not known');
+  assert.match(broken((d) => (d.textures[0].source = 4)), /images\[4\] is missing/);
+  assert.match(broken((d) => (d.textures = [])), /textures\[0\] is missing/);
+  assert.match(broken((d) => (d.bufferViews.at(-1).byteLength = 1e6)), /images\[0\] ends beyond its buffer/);
+  assert.match(broken((d) => (d.accessors[2].count = 2)), /not as many of COLOR_0 as positions/);
+  const bytes = (document: any) => Object.assign(document.accessors[2], { componentType: 5121, type: 'VEC4' });
+  const [small] = parse(makeGlb([{ ...square, colours: [1, 0, 0, 0, 0, 0, 0, 0, 0] }], bytes));
+  assert.deepEqual([...small![0]!.colours!].slice(0, 3).map((part) => Math.round(255 * part)), [0, 0, 0x80], 'a float, byte by byte');
+  assert.match(broken((d) => (d.accessors[3].type = 'VEC3')), /accessors\[3\] has another type/);
 });
 
 test('small indices, gaps between vertices and primitives without indices are read', () => {
@@ -95,11 +119,11 @@ interface Stage {
   settled: Promise<number[]>;
 }
 
-function stage(load: () => Promise<Meshes>): Stage {
+function stage(load: () => Promise<Meshes>, pictures?: Pictures): Stage {
   const problems: string[] = [];
   let done!: (shapes: number[]) => void;
   const settled = new Promise<number[]>((resolve) => (done = resolve));
-  const visuals = new Visuals({ settled: done, problem: (text) => problems.push(text) }, load);
+  const visuals = new Visuals({ settled: done, problem: (text) => problems.push(text) }, load, pictures);
   return { visuals, problems, settled };
 }
 
@@ -133,6 +157,29 @@ test('a mesh that is not in its file, and a file that cannot be had, leave the s
   assert.deepEqual(await lost.settled, [1, 2]);
   assert.equal(lost.problems.length, 1);
   assert.match(lost.problems[0]!, /--visuals has no file/);
+});
+
+test('vertices say their colour, their place in the picture and its layer', async () => {
+  const shade = new Uint8ClampedArray(4 * LAYER_PIXELS * LAYER_PIXELS);
+  const picture = makePng(1, 1, () => [9, 9, 9]);
+  const square = { positions: [0, 0, 0, 0, 0, 1, 1, 0, 0], normals: [0, 1, 0, 0, 1, 0, 0, 1, 0], indices: [0, 1, 2], places: [0, 0, 0, 1, 1, 0] };
+  const glb = makeGlb([{ ...square, colour: [0.5, 1, 1], colours: [1, 1, 0, 1, 1, 0, 1, 1, 0], picture }, square]);
+  const { visuals, settled, problems } = stage(async () => parse(glb), new Pictures(async () => shade));
+  visuals.add([{ shape: 1, meshes: [visual(1).meshes[0]!, { ...visual(1).meshes[0]!, mesh: 1 }] }]);
+  await settled;
+  const geometry = visuals.geometryOf(1)!;
+  assert.deepEqual([...geometry.getAttribute('color').array].slice(0, 3), [0.5, 1, 0]);
+  assert.deepEqual([...geometry.getAttribute('paint').array], [0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, -1, 0, 0, -1, 0, 0, -1]);
+  assert.deepEqual(problems, []);
+});
+
+test('a picture that cannot be drawn leaves the base colour, and is said once', async () => {
+  const square = { positions: [0, 0, 0, 0, 0, 1, 1, 0, 0], indices: [0, 1, 2], places: [0, 0, 0, 1, 1, 0], picture: Buffer.from('no picture') };
+  const { visuals, settled, problems } = stage(async () => parse(makeGlb([square])));
+  visuals.add([visual(1), visual(2)]);
+  await settled;
+  assert.equal(visuals.geometryOf(2)!.getAttribute('paint').getZ(0), -1);
+  assert.deepEqual(problems, ['A picture of aaaaaaaaaaaa….glb cannot be drawn: it is no PNG or JPEG file. Its meshes have their base colour.']);
 });
 
 test('bodies of the level wait for their meshes, and are drawn by them', async () => {

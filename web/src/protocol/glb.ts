@@ -1,4 +1,5 @@
-// Reads the meshes of a binary glTF 2.0 file (.glb): positions, normals, triangles and one colour for each primitive.
+// Reads the meshes of a binary glTF 2.0 file (.glb): positions, normals, triangles and colours of each primitive, and the
+// picture that it is painted with, which is not decoded here.
 // Pure: bytes in, meshes or a GlbError out. Everything lies in the file itself, and whatever names another is refused, so
 // that no file makes the page ask another host.
 
@@ -9,6 +10,9 @@ export interface Primitive {
   normals: Float32Array | null; // null: there are none
   indices: Uint32Array; // three a triangle
   colour: number[]; // red, green and blue, linear, 0 to 1
+  colours: Float32Array | null; // each vertex has one, to be multiplied with it; null: there are none
+  places: Float32Array | null; // two a vertex, in the picture, from the upper left
+  picture: Uint8Array | null; // a file within the file: the same object for all that are painted with it
 }
 
 export const MOST_BYTES = 64 << 20;
@@ -19,6 +23,7 @@ const JSON_CHUNK = 0x4e4f534a;
 const BINARY_CHUNK = 0x004e4942;
 const TRIANGLES = 4;
 const FLOAT = 5126;
+const SHARE_BYTES: Record<number, number> = { 5121: 1, 5123: 2 }; // integers that stand for 0 to 1
 const INDEX_BYTES: Record<number, number> = { 5121: 1, 5123: 2, 5125: 4 };
 
 type Json = Record<string, unknown>;
@@ -72,6 +77,9 @@ function whole(of: Json, name: string, otherwise?: number): number {
   return value;
 }
 
+// Parts of each element by its type.
+const PARTS: Record<string, number> = { VEC2: 2, VEC3: 3, VEC4: 4 };
+
 interface Elements {
   begin: number; // in the buffer
   stride: number;
@@ -81,6 +89,7 @@ interface Elements {
 
 class File {
   private triangles = 0;
+  private readonly files = new Map<Json, Uint8Array>(); // by image
 
   constructor(
     private readonly document: Json,
@@ -102,11 +111,21 @@ class File {
     if (typeof primitive !== 'object' || primitive === null) throw new GlbError('is no object');
     if (whole(primitive, 'mode', TRIANGLES) !== TRIANGLES) throw new GlbError('mode is not that of triangles');
     const attributes = (primitive['attributes'] ?? {}) as Json;
-    const positions = this.vectors(attributes['POSITION']);
-    const indices = this.indices(primitive['indices'], positions.length / 3);
-    const normals = attributes['NORMAL'] === undefined ? null : this.vectors(attributes['NORMAL']);
-    if (normals && normals.length !== positions.length) throw new GlbError('has not as many normals as positions');
-    return { positions, normals, indices, colour: this.colour(primitive['material']) };
+    const positions = this.numbers(attributes['POSITION'], ['VEC3']);
+    const vertices = positions.length / 3;
+    const indices = this.indices(primitive['indices'], vertices);
+    const all = (name: string, types: string[], integers: boolean) => {
+      if (attributes[name] === undefined) return null;
+      const values = this.numbers(attributes[name], types, integers);
+      if (values.length !== vertices * PARTS[types[0]!]!) throw new GlbError(`has not as many of ${name} as positions`);
+      return values;
+    };
+    const { material } = primitive;
+    const texture = this.rough(material)?.['baseColorTexture'] as Json | undefined;
+    const places = texture ? all(`TEXCOORD_${whole(texture, 'texCoord', 0)}`, ['VEC2'], true) : null;
+    const picture = texture && places ? this.picture(texture) : null;
+    const colours = all('COLOR_0', ['VEC3', 'VEC4'], true);
+    return { positions, normals: all('NORMAL', ['VEC3'], false), indices, colour: this.colour(material), colours, places: picture && places, picture };
   }
 
   private elements(index: unknown, type: string, components: (component: number) => number): Elements {
@@ -115,30 +134,45 @@ class File {
     const component = whole(accessor, 'componentType');
     const size = components(component);
     if (accessor['type'] !== type || size === 0) throw new GlbError(`accessors[${String(index)}] has another type`);
-    const view = entry(this.document, 'bufferViews', accessor['bufferView']);
-    const buffer = entry(this.document, 'buffers', view['buffer']);
-    if (view['buffer'] !== 0 || buffer['uri'] !== undefined) throw new GlbError('its buffer is another file');
+    const { begin: first, end, stride: apart } = this.view(accessor['bufferView']);
     const count = whole(accessor, 'count');
-    const stride = whole(view, 'byteStride', 0) || size;
-    const offset = whole(accessor, 'byteOffset', 0);
-    const begin = whole(view, 'byteOffset', 0) + offset;
-    const end = whole(view, 'byteOffset', 0) + whole(view, 'byteLength');
+    const stride = apart || size;
+    const begin = first + whole(accessor, 'byteOffset', 0);
     const fits = end <= this.binary.byteLength && stride >= size && stride <= 255;
     if (!fits || (count > 0 && begin + (count - 1) * stride + size > end)) throw new GlbError(`accessors[${String(index)}] ends beyond its buffer`);
     return { begin, stride, count, component };
   }
 
-  private vectors(index: unknown): Float32Array {
-    const { begin, stride, count } = this.elements(index, 'VEC3', (component) => (component === FLOAT ? 12 : 0));
-    const values = new Float32Array(3 * count);
+  // Where it begins and ends, which may be beyond the buffer.
+  private view(index: unknown): { begin: number; end: number; stride: number } {
+    const view = entry(this.document, 'bufferViews', index);
+    const buffer = entry(this.document, 'buffers', view['buffer']);
+    if (view['buffer'] !== 0 || buffer['uri'] !== undefined) throw new GlbError('its buffer is another file');
+    const begin = whole(view, 'byteOffset', 0);
+    return { begin, end: begin + whole(view, 'byteLength'), stride: whole(view, 'byteStride', 0) };
+  }
+
+  // Elements may be of any of these types, and give as many parts as the first of them has: floats, or with `integers` such
+  // as stand for 0 to 1 too.
+  private numbers(index: unknown, types: string[], integers = false): Float32Array {
+    const type = types.find((one) => one === entry(this.document, 'accessors', index)['type']) ?? types[0]!;
+    const size = (component: number) => (component === FLOAT ? 4 : integers ? (SHARE_BYTES[component] ?? 0) : 0);
+    const { begin, stride, count, component } = this.elements(index, type, (of) => PARTS[type]! * size(of));
+    const parts = PARTS[types[0]!]!;
+    const values = new Float32Array(parts * count);
     for (let at = 0; at < count; ++at) {
-      for (let axis = 0; axis < 3; ++axis) {
-        const value = this.binary.getFloat32(begin + at * stride + 4 * axis, true);
+      for (let part = 0; part < parts; ++part) {
+        const value = this.number(begin + at * stride + part * size(component), component);
         if (!Number.isFinite(value)) throw new GlbError(`accessors[${String(index)}] has a number that is not finite`);
-        values[3 * at + axis] = value;
+        values[parts * at + part] = value;
       }
     }
     return values;
+  }
+
+  private number(place: number, component: number): number {
+    if (component === FLOAT) return this.binary.getFloat32(place, true);
+    return component === 5121 ? this.binary.getUint8(place) / 0xff : this.binary.getUint16(place, true) / 0xffff;
   }
 
   private indices(index: unknown, vertices: number): Uint32Array {
@@ -160,11 +194,29 @@ class File {
     return component === 5123 ? this.binary.getUint16(place, true) : this.binary.getUint32(place, true);
   }
 
+  private rough(material: unknown): Json | undefined {
+    return material === undefined ? undefined : (entry(this.document, 'materials', material)['pbrMetallicRoughness'] as Json | undefined);
+  }
+
   private colour(material: unknown): number[] {
-    if (material === undefined) return [1, 1, 1];
-    const rough = entry(this.document, 'materials', material)['pbrMetallicRoughness'] as Json | undefined;
-    const factor = rough?.['baseColorFactor'];
+    const factor = this.rough(material)?.['baseColorFactor'];
     if (!Array.isArray(factor) || factor.length < 3) return [1, 1, 1];
     return factor.slice(0, 3).map((part) => (typeof part === 'number' && Number.isFinite(part) ? Math.min(1, Math.max(0, part)) : 1));
+  }
+
+  // The file of a texture; null: it has none that is known here.
+  private picture(texture: Json): Uint8Array | null {
+    const source = entry(this.document, 'textures', texture['index'])['source'];
+    if (source === undefined) return null;
+    const image = entry(this.document, 'images', source);
+    if (image['uri'] !== undefined) throw new GlbError(`images[${String(source)}] is another file`);
+    let file = this.files.get(image);
+    if (!file) {
+      const { begin, end } = this.view(image['bufferView']);
+      if (end > this.binary.byteLength) throw new GlbError(`images[${String(source)}] ends beyond its buffer`);
+      file = new Uint8Array(this.binary.buffer, this.binary.byteOffset + begin, end - begin);
+      this.files.set(image, file);
+    }
+    return file;
   }
 }

@@ -12,7 +12,7 @@ export function bakedSize(geometry: THREE.BufferGeometry): number {
   return geometry.getAttribute('position')?.count ?? 0;
 }
 
-// Positions and normals of all, in the world's frame, with one index; colours where all have them.
+// Positions and normals of all, in the world's frame, with one index; colours and paint where all have them.
 export function bake(placed: Placed[]): THREE.BufferGeometry {
   const vertices = placed.reduce((sum, { geometry }) => sum + bakedSize(geometry), 0);
   const corners = placed.reduce((sum, { geometry }) => sum + (geometry.index?.count ?? bakedSize(geometry)), 0);
@@ -21,6 +21,8 @@ export function bake(placed: Placed[]): THREE.BufferGeometry {
   const index = new Uint32Array(corners);
   const coloured = placed.every(({ geometry }) => geometry.hasAttribute('color'));
   const colours = new Float32Array(coloured ? 3 * vertices : 0);
+  const painted = placed.every(({ geometry }) => geometry.hasAttribute('paint'));
+  const paint = new Float32Array(painted ? 3 * vertices : 0);
   let vertex = 0;
   let corner = 0;
   for (const { geometry, matrix } of placed) {
@@ -29,6 +31,7 @@ export function bake(placed: Placed[]): THREE.BufferGeometry {
     write(geometry.getAttribute('position').array, matrix, 1, positions, 3 * vertex);
     write(geometry.getAttribute('normal').array, matrix, 0, normals, 3 * vertex);
     if (coloured) colours.set(geometry.getAttribute('color').array, 3 * vertex);
+    if (painted) paint.set(geometry.getAttribute('paint').array, 3 * vertex);
     const own = geometry.index?.array;
     const count = own?.length ?? size;
     for (let at = 0; at < count; ++at) index[corner + at] = vertex + (own ? own[at]! : at);
@@ -39,6 +42,7 @@ export function bake(placed: Placed[]): THREE.BufferGeometry {
   baked.setAttribute('position', new THREE.BufferAttribute(positions, 3));
   baked.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
   if (coloured) baked.setAttribute('color', new THREE.BufferAttribute(colours, 3));
+  if (painted) baked.setAttribute('paint', new THREE.BufferAttribute(paint, 3));
   baked.setIndex(new THREE.BufferAttribute(index, 1));
   return baked;
 }

@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 import type { Bodies } from '../world/bodies.ts';
 import { type ShapeTable, makeGeometry } from './geometry.ts';
+import { PAINT_FRAGMENT_HEAD, PAINT_VERTEX, PAINT_VERTEX_HEAD } from './pictures.ts';
 import type { Visuals } from './visuals.ts';
 
 const FIRST_CAPACITY = 64;
@@ -28,12 +29,18 @@ export class Batches {
 
   // Bodies that are drawn by their own meshes: half of their colour is the mesh's, half says what the page is asked for.
   private readonly drawnSolid = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, vertexColors: true });
-  private readonly visuals: Pick<Visuals, 'geometryOf'>;
+  private readonly visuals: Pick<Visuals, 'geometryOf' | 'pictures'>;
 
-  constructor(bodies: Bodies, shapes: ShapeTable, visuals: Pick<Visuals, 'geometryOf'>) {
+  constructor(bodies: Bodies, shapes: ShapeTable, visuals: Pick<Visuals, 'geometryOf' | 'pictures'>) {
     this.visuals = visuals;
     this.drawnSolid.onBeforeCompile = (shader) => {
-      shader.vertexShader = shader.vertexShader.replace('#include <color_vertex>', 'vColor = vec4(mix(color, instanceColor.rgb, 0.5), 1.0);');
+      shader.uniforms['pictures'] = visuals.pictures.uniform;
+      shader.vertexShader = shader.vertexShader
+        .replace('#include <common>', `#include <common>\nvarying vec3 vTold;\n${PAINT_VERTEX_HEAD}`)
+        .replace('#include <color_vertex>', `vColor = vec4(color, 1.0);\nvTold = instanceColor.rgb;\n${PAINT_VERTEX}`);
+      shader.fragmentShader = shader.fragmentShader
+        .replace('#include <common>', `#include <common>\nvarying vec3 vTold;\n${PAINT_FRAGMENT_HEAD}`)
+        .replace('#include <color_fragment>', 'diffuseColor.rgb *= mix(painted(vColor.rgb), vTold, 0.5);');
     };
     this.bodies = bodies;
     this.shapes = shapes;

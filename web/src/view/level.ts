@@ -9,6 +9,7 @@ import * as THREE from 'three';
 import type { StaticBody } from '../protocol/messages.ts';
 import { type Placed, bake, bakedSize } from './bake.ts';
 import { type ShapeTable, makeGeometry } from './geometry.ts';
+import { PAINT_FRAGMENT_HEAD, PAINT_VERTEX, PAINT_VERTEX_HEAD, Pictures } from './pictures.ts';
 import type { Territory, Theme } from './territory.ts';
 import type { Visuals } from './visuals.ts';
 
@@ -16,6 +17,8 @@ const INSTANCED_FROM = 8; // bodies of one shape in a message
 const MOST_BAKED = 1 << 20; // vertices of a mesh: 28 MB
 
 const GROUND = new THREE.PlaneGeometry(4000, 4000).rotateX(-Math.PI / 2);
+
+type LevelVisuals = Pick<Visuals, 'geometryOf' | 'waits' | 'pictures'>;
 
 export class Level {
   readonly group = new THREE.Group();
@@ -30,17 +33,18 @@ export class Level {
   });
   private readonly drawn: THREE.MeshLambertMaterial; // by its own meshes, in their colours
   private readonly waiting = new Map<number, StaticBody[]>(); // by shape
-  private readonly visuals: Pick<Visuals, 'geometryOf' | 'waits'>;
+  private readonly visuals: LevelVisuals;
   private readonly floor: THREE.Mesh;
   private has_plane = false;
   private lowest = Infinity;
   private bodies = 0;
 
-  constructor(territory: Pick<Territory, 'texture' | 'area'>, visuals: Pick<Visuals, 'geometryOf' | 'waits'> = { geometryOf: () => null, waits: () => false }) {
+  constructor(territory: Pick<Territory, 'texture' | 'area'>, visuals: LevelVisuals = { geometryOf: () => null, waits: () => false, pictures: new Pictures() }) {
     this.visuals = visuals;
     this.uniforms = {
       territory: { value: territory.texture },
       area: { value: territory.area },
+      pictures: visuals.pictures.uniform,
       outside: { value: new THREE.Color() },
     };
     this.ground = this.material(1);
@@ -54,17 +58,18 @@ export class Level {
     return this.bodies;
   }
 
-  // Colours what is lit by the picture of the territory, `bright` times as light as the ground, under the vertices' own
-  // colours where they have some.
-  private material(bright: number, vertexColors = false): THREE.MeshLambertMaterial {
-    const material = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, vertexColors });
+  // Colours what is lit by the picture of the territory, `bright` times as light as the ground, under the meshes' own
+  // colours and pictures where they have some.
+  private material(bright: number, own = false): THREE.MeshLambertMaterial {
+    const material = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, vertexColors: own });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.uniforms);
       shader.vertexShader = shader.vertexShader
-        .replace('#include <common>', '#include <common>\nvarying vec3 vWorld;')
+        .replace('#include <common>', `#include <common>\nvarying vec3 vWorld;\n${own ? PAINT_VERTEX_HEAD : ''}`)
         .replace(
           '#include <project_vertex>',
           `#include <project_vertex>
+           ${own ? PAINT_VERTEX : ''}
            vec4 placed = vec4(transformed, 1.0);
            #ifdef USE_INSTANCING
              placed = instanceMatrix * placed;
@@ -74,19 +79,17 @@ export class Level {
       shader.fragmentShader = shader.fragmentShader
         .replace(
           '#include <common>',
-          '#include <common>\nvarying vec3 vWorld;\nuniform sampler2D territory;\nuniform vec4 area;\nuniform vec3 outside;',
+          `#include <common>\nvarying vec3 vWorld;\nuniform sampler2D territory;\nuniform vec4 area;\nuniform vec3 outside;\n${own ? PAINT_FRAGMENT_HEAD : ''}`,
         )
         .replace(
           '#include <color_fragment>',
           `vec2 place = (vWorld.xz - area.xy) * area.zw;
            vec2 within = step(vec2(0.0), place) * step(place, vec2(1.0));
            diffuseColor.rgb = mix(outside, texture2D(territory, place).rgb, within.x * within.y) * ${bright.toFixed(2)};
-           #ifdef USE_COLOR
-             diffuseColor.rgb = mix(diffuseColor.rgb, vColor.rgb, 0.7);
-           #endif`,
+           ${own ? 'diffuseColor.rgb = mix(diffuseColor.rgb, painted(vColor.rgb), 0.7);' : ''}`,
         );
     };
-    material.customProgramCacheKey = () => `territory ${bright} ${vertexColors}`;
+    material.customProgramCacheKey = () => `territory ${bright} ${own}`;
     return material;
   }
 

@@ -7,6 +7,7 @@
 import * as THREE from 'three';
 import { type Primitive, GlbError, MOST_BYTES, parseGlb } from '../protocol/glb.ts';
 import type { ShapeVisuals, VisualMesh } from '../protocol/messages.ts';
+import { LAYERLESS, Pictures } from './pictures.ts';
 
 const WAIT_MS = 60_000;
 
@@ -19,16 +20,19 @@ export interface VisualsListener {
 
 export class Visuals {
   drawn = 0; // shapes that meshes are drawn for
+  readonly pictures: Pictures;
   private readonly files = new Map<string, Promise<Meshes | null>>(); // by hash; null: it cannot be had
   private readonly geometries = new Map<number, THREE.BufferGeometry>(); // by shape
   private readonly open = new Set<number>(); // shapes whose file is on its way
+  private readonly layers = new Map<Uint8Array, Promise<number>>(); // by picture, LAYERLESS for one that cannot be drawn
   private world = 0; // counts the worlds, so that what comes late for another one is dropped
   private readonly listener: VisualsListener;
   private readonly load: (sha256: string) => Promise<Meshes>;
 
-  constructor(listener: VisualsListener, load: (sha256: string) => Promise<Meshes> = loadMeshes) {
+  constructor(listener: VisualsListener, load: (sha256: string) => Promise<Meshes> = loadMeshes, pictures = new Pictures()) {
     this.listener = listener;
     this.load = load;
+    this.pictures = pictures;
   }
 
   clear(): void {
@@ -37,6 +41,8 @@ export class Visuals {
     for (const geometry of this.geometries.values()) geometry.dispose();
     this.geometries.clear();
     this.open.clear();
+    this.layers.clear();
+    this.pictures.clear();
   }
 
   // Whether it is not known yet how the shape is drawn.
@@ -67,9 +73,11 @@ export class Visuals {
     const files = new Map<string, Meshes | null>();
     for (const sha256 of needed) files.set(sha256, await this.file(sha256));
     if (world !== this.world) return;
+    const layers = await this.readPictures(files, group);
+    if (world !== this.world) return;
     const missing = new Set<string>();
     for (const { shape, meshes } of group) {
-      const geometry = this.build(meshes, files, missing);
+      const geometry = this.build(meshes, files, layers, missing);
       if (geometry) this.geometries.set(shape, geometry);
       if (geometry) ++this.drawn;
       this.open.delete(shape);
@@ -90,8 +98,32 @@ export class Visuals {
     return file;
   }
 
-  private build(meshes: VisualMesh[], files: ReadonlyMap<string, Meshes | null>, missing: Set<string>): THREE.BufferGeometry | null {
-    const parts: { primitive: Primitive; matrix: THREE.Matrix4 }[] = [];
+  // The layers of all pictures of the meshes that are drawn.
+  private async readPictures(files: ReadonlyMap<string, Meshes | null>, group: ShapeVisuals[]): Promise<Map<Uint8Array, number>> {
+    const layers = new Map<Uint8Array, number>();
+    for (const { sha256, mesh } of group.flatMap(({ meshes }) => meshes)) {
+      for (const { picture } of files.get(sha256)?.[mesh] ?? []) {
+        if (picture && !layers.has(picture)) layers.set(picture, await this.layerOf(sha256, picture));
+      }
+    }
+    return layers;
+  }
+
+  // One that cannot be had leaves the base colour, and is said once.
+  private layerOf(sha256: string, picture: Uint8Array): Promise<number> {
+    let layer = this.layers.get(picture);
+    if (!layer) {
+      layer = this.pictures.layerOf(picture).catch((error: unknown) => {
+        this.listener.problem(`A picture of ${sha256.slice(0, 12)}….glb cannot be drawn: ${error instanceof Error ? error.message : String(error)}. Its meshes have their base colour.`);
+        return LAYERLESS;
+      });
+      this.layers.set(picture, layer);
+    }
+    return layer;
+  }
+
+  private build(meshes: VisualMesh[], files: ReadonlyMap<string, Meshes | null>, layers: ReadonlyMap<Uint8Array, number>, missing: Set<string>): THREE.BufferGeometry | null {
+    const parts: Part[] = [];
     for (const { sha256, mesh, position, orientation, scale } of meshes) {
       const file = files.get(sha256);
       if (!file) return null;
@@ -101,7 +133,10 @@ export class Visuals {
         return null;
       }
       const matrix = new THREE.Matrix4().compose(new THREE.Vector3().fromArray(position), new THREE.Quaternion().fromArray(orientation), new THREE.Vector3().fromArray(scale));
-      for (const primitive of primitives) parts.push({ primitive, matrix });
+      for (const primitive of primitives) {
+        const layer = primitive.picture ? (layers.get(primitive.picture) ?? LAYERLESS) : LAYERLESS;
+        parts.push({ primitive, matrix, layer });
+      }
     }
     return parts.length === 0 ? null : joined(parts);
   }
@@ -121,31 +156,45 @@ async function loadMeshes(sha256: string): Promise<Meshes> {
   return parseGlb(bytes);
 }
 
-// All parts in one geometry. A part without normals has flat faces; one that is mirrored keeps its outside.
-function joined(parts: { primitive: Primitive; matrix: THREE.Matrix4 }[]): THREE.BufferGeometry {
-  const wholes = parts.map(({ primitive, matrix }) => {
-    const part = new THREE.BufferGeometry();
-    part.setAttribute('position', new THREE.BufferAttribute(primitive.positions.slice(), 3));
-    if (primitive.normals) part.setAttribute('normal', new THREE.BufferAttribute(primitive.normals.slice(), 3));
-    part.setIndex(new THREE.BufferAttribute(matrix.determinant() < 0 ? turned(primitive.indices) : primitive.indices, 1));
-    const whole = primitive.normals ? part : part.toNonIndexed();
-    whole.applyMatrix4(matrix);
-    if (!primitive.normals) whole.computeVertexNormals();
-    return { whole, colour: primitive.colour };
-  });
-  const sizes = wholes.map(({ whole }) => whole.getAttribute('position').count);
+interface Part {
+  primitive: Primitive;
+  matrix: THREE.Matrix4;
+  layer: number;
+}
+
+// Where it is, with what the vertices are painted with. Without normals it has flat faces; mirrored it keeps its outside.
+function geometryOf({ primitive, matrix, layer }: Part): THREE.BufferGeometry {
+  const { positions, normals, indices, colour, colours, places } = primitive;
+  const vertices = positions.length / 3;
+  const own = new Float32Array(3 * vertices);
+  const paint = new Float32Array(3 * vertices);
+  for (let at = 0; at < 3 * vertices; ++at) own[at] = colour[at % 3]! * (colours ? colours[at]! : 1);
+  for (let at = 0; at < vertices; ++at) paint.set([places?.[2 * at] ?? 0, places?.[2 * at + 1] ?? 0, layer], 3 * at);
+  const part = new THREE.BufferGeometry();
+  part.setAttribute('position', new THREE.BufferAttribute(positions.slice(), 3));
+  part.setAttribute('color', new THREE.BufferAttribute(own, 3));
+  part.setAttribute('paint', new THREE.BufferAttribute(paint, 3));
+  if (normals) part.setAttribute('normal', new THREE.BufferAttribute(normals.slice(), 3));
+  part.setIndex(new THREE.BufferAttribute(matrix.determinant() < 0 ? turned(indices) : indices, 1));
+  const whole = normals ? part : part.toNonIndexed();
+  whole.applyMatrix4(matrix);
+  if (!normals) whole.computeVertexNormals();
+  return whole;
+}
+
+// All parts in one geometry.
+function joined(parts: Part[]): THREE.BufferGeometry {
+  const wholes = parts.map(geometryOf);
+  const sizes = wholes.map((whole) => whole.getAttribute('position').count);
   const vertices = sizes.reduce((sum, size) => sum + size, 0);
-  const corners = wholes.reduce((sum, { whole }, at) => sum + (whole.index?.count ?? sizes[at]!), 0);
-  const positions = new Float32Array(3 * vertices);
-  const normals = new Float32Array(3 * vertices);
-  const colours = new Float32Array(3 * vertices);
+  const corners = wholes.reduce((sum, whole, at) => sum + (whole.index?.count ?? sizes[at]!), 0);
+  const names = ['position', 'normal', 'color', 'paint'];
+  const all = names.map(() => new Float32Array(3 * vertices));
   const index = new Uint32Array(corners);
   let vertex = 0;
   let corner = 0;
-  wholes.forEach(({ whole, colour }, at) => {
-    positions.set(whole.getAttribute('position').array, 3 * vertex);
-    normals.set(whole.getAttribute('normal').array, 3 * vertex);
-    for (let one = 0; one < sizes[at]!; ++one) colours.set(colour, 3 * (vertex + one));
+  wholes.forEach((whole, at) => {
+    names.forEach((name, one) => all[one]!.set(whole.getAttribute(name).array, 3 * vertex));
     const own = whole.index?.array;
     const count = own?.length ?? sizes[at]!;
     for (let one = 0; one < count; ++one) index[corner + one] = vertex + (own ? own[one]! : one);
@@ -153,9 +202,7 @@ function joined(parts: { primitive: Primitive; matrix: THREE.Matrix4 }[]): THREE
     corner += count;
   });
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-  geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
-  geometry.setAttribute('color', new THREE.BufferAttribute(colours, 3));
+  names.forEach((name, one) => geometry.setAttribute(name, new THREE.BufferAttribute(all[one]!, 3)));
   geometry.setIndex(new THREE.BufferAttribute(index, 1));
   geometry.computeBoundingSphere();
   geometry.computeBoundingBox();
