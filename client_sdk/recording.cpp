@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
+#include "client_sdk/file_path.h"
 #include "client_sdk/recording_format.h"
 #include "core/replication/codec/checksum.h"
 #include "core/world/bytes.h"
@@ -32,7 +33,7 @@ bool TakeAll(std::istream& in, std::span<std::uint8_t> bytes) {
 
 absl::StatusOr<RecordingWriter> RecordingWriter::Create(const std::string& file, const RecordingHeader& header,
                                                         std::uint64_t max_bytes) {
-  auto out = std::make_unique<std::ofstream>(file, std::ios::binary | std::ios::trunc);
+  auto out = std::make_unique<std::ofstream>(FilePath(file), std::ios::binary | std::ios::trunc);
   if (!*out) return absl::UnavailableError(absl::StrCat(file, ": cannot be written"));
   RecordingWriter writer(std::move(out), file, max_bytes);
   if (absl::Status status = writer.Begin(header); !status.ok()) return status;
@@ -84,7 +85,7 @@ absl::Status RecordingWriter::Close(std::chrono::microseconds at) {
 
 // The last entry's payload has a few bytes, of a length that is not known: it is the one that its seal is right for.
 absl::StatusOr<RecordingSummary> SummaryOf(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
+  std::ifstream in(FilePath(file), std::ios::binary);
   if (!in) return absl::NotFoundError(absl::StrCat(file, ": cannot be read"));
   std::vector<std::uint8_t> begin(kSummaryBytes);
   in.read(reinterpret_cast<char*>(begin.data()), static_cast<std::streamsize>(begin.size()));
@@ -123,7 +124,7 @@ absl::StatusOr<RecordingSummary> SummaryOf(const std::string& file) {
 }
 
 absl::StatusOr<RecordingReader> RecordingReader::Open(const std::string& file) {
-  auto in = std::make_unique<std::ifstream>(file, std::ios::binary);
+  auto in = std::make_unique<std::ifstream>(FilePath(file), std::ios::binary);
   if (!*in) return absl::NotFoundError(absl::StrCat(file, ": cannot be read"));
   return Open(std::move(in), file);
 }

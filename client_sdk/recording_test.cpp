@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "client_sdk/file_path.h"
 #include "client_sdk/recording_fixture.h"
 #include "client_sdk/replay.h"
 #include "core/replication/codec/checksum.h"
@@ -282,6 +283,18 @@ TEST_F(RecordingTest, ASummaryNeedsOnlyItsEnds) {
   EXPECT_EQ(SummaryOf(file).status().code(), absl::StatusCode::kInvalidArgument);
   std::remove(file.c_str());
   EXPECT_EQ(SummaryOf(file).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(RecordingTest, AFileMayHaveAnyName) {
+  std::remove(file.c_str());
+  file = testing::TempDir() + "\u043c\u0430\u0442\u0447 " + std::to_string(::getpid()) + ".tsr";
+  Make(2);
+  ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());
+  EXPECT_TRUE(SummaryOf(file).ok());
+  EXPECT_FALSE(Read(file).empty()) << "it has that name for others, too";
+  for (const std::string& name : {std::string("a/b.tsr"), file, std::string("no UTF-8: \xff")}) {
+    EXPECT_EQ(TextOf(FilePath(name)), name);
+  }
 }
 
 TEST_F(RecordingTest, NotesComeAtTheirTime) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client_sdk/file_path.h"
 #include "core/world/byte_view.h"
 
 namespace tessera::client {
@@ -32,11 +33,11 @@ SceneFetch::SceneFetch(std::string scene_hash, std::string cache_dir, std::vecto
 
 // The version of the packed form is in the name: another library's files are not in its way.
 std::string SceneFetch::KeptFile() const {
-  return (std::filesystem::path(cache_dir_) / absl::StrCat(scene_hash_, ".", kPackedSceneVersion, ".tsrs")).string();
+  return TextOf(FilePath(cache_dir_) / absl::StrCat(scene_hash_, ".", kPackedSceneVersion, ".tsrs"));
 }
 
 bool SceneFetch::OpenKept() {
-  kept_.open(KeptFile(), std::ios::binary | std::ios::ate);
+  kept_.open(FilePath(KeptFile()), std::ios::binary | std::ios::ate);
   const std::int64_t size = kept_ ? static_cast<std::int64_t>(kept_.tellg()) : 0;
   if (size <= static_cast<std::int64_t>(kDigestBytes)) return false;
   if (static_cast<std::uint64_t>(size) > kMaxPackedSceneBytes + kDigestBytes) return false;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client_sdk/file_path.h"
 
 namespace tessera::client {
 namespace {
@@ -20,8 +21,8 @@ SceneKeeper::SceneKeeper(std::string file, const replication::Digest& sha256, st
       part_(absl::StrCat(file_, ".", std::chrono::steady_clock::now().time_since_epoch().count(), ".part")),
       bytes_(std::move(bytes)) {
   std::error_code error;
-  std::filesystem::create_directories(std::filesystem::path(file_).parent_path(), error);
-  out_.open(part_, std::ios::binary | std::ios::trunc);
+  std::filesystem::create_directories(FilePath(file_).parent_path(), error);
+  out_.open(FilePath(part_), std::ios::binary | std::ios::trunc);
   out_.write(reinterpret_cast<const char*>(sha256.data()), static_cast<std::streamsize>(sha256.size()));
 }
 
@@ -32,7 +33,7 @@ SceneKeeper::~SceneKeeper() {
 void SceneKeeper::GiveUp() {
   out_.close();
   std::error_code error;
-  std::filesystem::remove(part_, error);
+  std::filesystem::remove(FilePath(part_), error);
   bytes_.clear();
 }
 
@@ -46,7 +47,7 @@ bool SceneKeeper::Go(WorkBudget& budget) {
   }
   out_.close();
   std::error_code error;
-  if (out_) std::filesystem::rename(part_, file_, error);
+  if (out_) std::filesystem::rename(FilePath(part_), FilePath(file_), error);
   if (!out_ || error) {
     GiveUp();
   } else {

@@ -1,19 +1,13 @@
 #include "net/endpoint.h"
 
-#include <arpa/inet.h>
 #include <enet/enet.h>
-#include <netdb.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "net/endpoint_impl.h"
+#include "net/sockets.h"
 
 namespace tessera::net {
 namespace {
@@ -38,72 +32,20 @@ bool InitializeEnet() {
   return initialized;
 }
 
-// Closes on scope exit.
-class ProbeSocket {
- public:
-  ProbeSocket() : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
-  ~ProbeSocket() {
-    if (fd_ >= 0) close(fd_);
-  }
-  ProbeSocket(const ProbeSocket&) = delete;
-  ProbeSocket& operator=(const ProbeSocket&) = delete;
-  int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-sockaddr_in ToSockaddr(const ENetAddress& address) {
-  sockaddr_in result{};
-  result.sin_family = AF_INET;
-  result.sin_port = htons(address.port);
-  result.sin_addr.s_addr = address.host;
-  return result;
-}
-
-absl::Status BindError(int error, const EndpointOptions& options) {
+absl::Status BindError(const SocketFault& fault, const EndpointOptions& options) {
   const std::string where = absl::StrCat("port ", options.port, " on ", options.bind_address);
-  switch (error) {
-    case EADDRINUSE:
+  switch (fault.kind) {
+    case SocketFault::Kind::kInUse:
       return absl::AlreadyExistsError(absl::StrCat(where, " is in use"));
-    case EADDRNOTAVAIL:
+    case SocketFault::Kind::kNoSuchAddress:
       return absl::InvalidArgumentError(
           absl::StrCat("bind_address ", options.bind_address, " is not an address of this machine"));
-    case EACCES:
+    case SocketFault::Kind::kNoPrivilege:
       return absl::PermissionDeniedError(absl::StrCat(where, " needs privileges"));
-    default:
-      return absl::InternalError(absl::StrCat(where, ": ", std::strerror(error)));
+    case SocketFault::Kind::kOther:
+      break;
   }
-}
-
-// ENet does not say why it could not bind, so the same bind is tried before.
-absl::Status TryBind(const ENetAddress& address, const EndpointOptions& options) {
-  const ProbeSocket probe;
-  const sockaddr_in to = ToSockaddr(address);
-  if (probe.fd() < 0 || bind(probe.fd(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
-    return BindError(errno, options);
-  }
-  return absl::OkStatus();
-}
-
-void RaiseSocketBuffer(ENetSocket socket, int forced_option, int option) {
-  if (setsockopt(socket, SOL_SOCKET, forced_option, &kSocketBufferBytes, sizeof kSocketBufferBytes) == 0) return;
-  setsockopt(socket, SOL_SOCKET, option, &kSocketBufferBytes, sizeof kSocketBufferBytes);
-}
-
-absl::StatusOr<ENetAddress> Resolve(const std::string& host, std::uint16_t port) {
-  addrinfo hints{};
-  hints.ai_family = AF_INET;
-  hints.ai_socktype = SOCK_DGRAM;
-  addrinfo* found = nullptr;
-  if (const int error = getaddrinfo(host.c_str(), nullptr, &hints, &found); error != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("host ", host, ": ", gai_strerror(error)));
-  }
-  ENetAddress address{};
-  address.host = reinterpret_cast<const sockaddr_in*>(found->ai_addr)->sin_addr.s_addr;
-  address.port = port;
-  freeaddrinfo(found);
-  return address;
+  return absl::InternalError(absl::StrCat(where, ": ", fault.text));
 }
 
 }  // namespace
@@ -197,17 +139,18 @@ absl::StatusOr<std::unique_ptr<Endpoint>> Endpoint::Create(const EndpointOptions
   if (options.max_peers < 1 || options.max_peers > kMaxPeers) {
     return absl::InvalidArgumentError(absl::StrCat("max_peers ", options.max_peers, ": 1 to ", kMaxPeers));
   }
-  ENetAddress address{};
-  address.port = options.port;
-  if (inet_pton(AF_INET, options.bind_address.c_str(), &address.host) != 1) {
+  const std::optional<std::uint32_t> bind_to = HostFrom(options.bind_address);
+  if (!bind_to) {
     return absl::InvalidArgumentError(absl::StrCat("bind_address ", options.bind_address, " is not an IPv4 address"));
   }
-  if (const absl::Status status = TryBind(address, options); !status.ok()) return status;
+  // ENet does not say why it could not bind, so the same bind is tried before.
+  if (const auto fault = TryBind({.host = *bind_to, .port = options.port})) return BindError(*fault, options);
 
   auto impl = std::make_unique<Impl>(options);
-  errno = 0;
+  ForgetFault();
+  const ENetAddress address{.host = *bind_to, .port = options.port};
   impl->host = enet_host_create(&address, options.max_peers, kChannels, 0, 0);
-  if (impl->host == nullptr) return BindError(errno != 0 ? errno : ENOMEM, options);
+  if (impl->host == nullptr) return BindError(LastFault(), options);
   ENetHost& host = *impl->host;
   host.mtu = kMtuBytes;
   for (std::size_t i = 0; i < host.peerCount; ++i) host.peers[i].mtu = kMtuBytes;  // made with ENet's default
@@ -216,8 +159,7 @@ absl::StatusOr<std::unique_ptr<Endpoint>> Endpoint::Create(const EndpointOptions
   host.duplicatePeers = options.max_peers;  // the acceptor counts them
   host.maximumPacketSize = options.max_message_bytes;
   host.maximumWaitingData = kWaitingMessages * options.max_message_bytes;
-  RaiseSocketBuffer(host.socket, SO_RCVBUFFORCE, SO_RCVBUF);
-  RaiseSocketBuffer(host.socket, SO_SNDBUFFORCE, SO_SNDBUF);
+  RaiseBuffers(host.socket, kSocketBufferBytes);
   ENetAddress bound{};
   if (enet_socket_get_address(host.socket, &bound) != 0) return absl::InternalError("the socket has no address");
   impl->port = bound.port;
@@ -228,7 +170,7 @@ absl::StatusOr<std::unique_ptr<Endpoint>> Endpoint::Create(const EndpointOptions
 
 std::uint16_t Endpoint::port() const { return impl_->port; }
 
-int Endpoint::socket() const { return impl_->host->socket; }
+SystemSocket Endpoint::socket() const { return impl_->host->socket; }
 
 void Endpoint::Open(EndpointIdentity identity) { impl_->acceptor.Open(std::move(identity)); }
 void Endpoint::Close(std::string why) { impl_->acceptor.Close(std::move(why)); }
@@ -236,18 +178,17 @@ void Endpoint::Close(std::string why) { impl_->acceptor.Close(std::move(why)); }
 absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint16_t port, RegionId region,
                                              Incarnation least, Credentials credentials) {
   if (port == 0) return absl::InvalidArgumentError("port 0: nobody can listen there");
-  const absl::StatusOr<ENetAddress> address = Resolve(host, port);
-  if (!address.ok()) return address.status();
+  const absl::StatusOr<std::uint32_t> found = LookUpHost(host);
+  if (!found.ok()) return found.status();
+  const Address address{.host = *found, .port = port};
   // Connecting a datagram socket sends nothing but asks for a route; a send without one would fail for all peers.
-  const ProbeSocket probe;
-  const sockaddr_in to = ToSockaddr(*address);
-  if (probe.fd() < 0 || connect(probe.fd(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
-    return absl::UnavailableError(absl::StrCat(host, ":", port, ": ", std::strerror(errno)));
+  if (const auto fault = TryRoute(address)) {
+    return absl::UnavailableError(absl::StrCat(host, ":", port, ": ", fault->text));
   }
   const Impl::Clock::time_point now = Impl::Clock::now();
   impl_->Sweep();
   const std::optional<SessionNumber> session =
-      impl_->acceptor.Dial(now, {.host = address->host, .port = port}, region, least, std::move(credentials));
+      impl_->acceptor.Dial(now, address, region, least, std::move(credentials));
   if (!session) {
     return absl::ResourceExhaustedError(absl::StrCat("all ", impl_->options.max_peers, " peers are in use"));
   }

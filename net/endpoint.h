@@ -31,6 +31,7 @@
 #include "net/credential.h"
 #include "net/limits.h"
 #include "net/protocol.h"
+#include "net/sockets.h"
 
 namespace tessera::net {
 
@@ -99,7 +100,7 @@ class Endpoint {
 
   std::uint16_t port() const;
   // For poll(2), so that one thread can wait for several endpoints at once: readable means that Service has work.
-  int socket() const;
+  SystemSocket socket() const;
   // From now on peers with a credential of this instance are accepted; before, nobody is answered. A second call
   // changes the identity.
   void Open(EndpointIdentity identity);

@@ -1,14 +1,10 @@
 // Between ENet and the acceptor: received datagrams are opened, sent ones are sealed, sessions begin and end.
-#include <arpa/inet.h>
-#include <linux/sock_diag.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-
 #include <algorithm>
 #include <array>
 
 #include "net/endpoint_impl.h"
 #include "net/enet_adapter.h"
+#include "net/sockets.h"
 
 namespace tessera::net {
 namespace {
@@ -149,13 +145,8 @@ void Endpoint::Impl::EndDial(SessionNumber session, std::optional<Refusal> refus
 }
 
 void Endpoint::Impl::Send(const Address& to, std::span<const std::uint8_t> bytes) const {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(to.port);
-  address.sin_addr.s_addr = to.host;
   // Where the socket is full it is lost like any datagram; the peer that waits for it asks again.
-  (void)sendto(host->socket, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
-               reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  SendNow(host->socket, to, bytes);
 }
 
 // Replaces the datagram that ENet is about to send by a sealed one.
@@ -191,11 +182,10 @@ void Endpoint::Impl::Progress(Clock::time_point now) {
 void Endpoint::Impl::ReadKernelDrops(Clock::time_point now) {
   if (now < drops_read_at) return;
   drops_read_at = now + FloodFilter::kUpdate;
-  std::array<std::uint32_t, SK_MEMINFO_VARS> memory{};
-  socklen_t bytes = sizeof memory;
-  if (getsockopt(host->socket, SOL_SOCKET, SO_MEMINFO, memory.data(), &bytes) != 0) return;
+  const std::optional<std::uint32_t> drops = KernelDrops(host->socket);
+  if (!drops) return;
   const auto before = static_cast<std::uint32_t>(receive_stats.kernel_dropped);
-  receive_stats.kernel_dropped += memory[SK_MEMINFO_DROPS] - before;  // the kernel counts modulo 2^32
+  receive_stats.kernel_dropped += *drops - before;  // the kernel counts modulo 2^32
 }
 
 // Ends the sessions whose ENet peer is gone, and forgets those that the acceptor ended.

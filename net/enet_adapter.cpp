@@ -1,7 +1,5 @@
 #include "net/enet_adapter.h"
 
-#include <arpa/inet.h>
-
 #include <algorithm>
 #include <cstring>
 
@@ -56,8 +54,9 @@ std::size_t CommandBytes(std::span<const std::uint8_t> rest, std::uint8_t comman
 }
 
 void Put32(std::span<std::uint8_t> command, std::size_t offset, std::uint32_t value) {
-  const std::uint32_t network = htonl(value);
-  std::memcpy(command.data() + offset, &network, sizeof network);
+  for (std::size_t i = 0; i < sizeof value; ++i) {
+    command[offset + i] = static_cast<std::uint8_t>(value >> (8 * (sizeof value - 1 - i)));
+  }
 }
 
 // Replaces the parameters that the other side proposes for the connection by those that our endpoints always use.

@@ -16,13 +16,11 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
-#include <vector>
 
 #include "net/acceptor.h"
 #include "net/address.h"
 #include "net/limits.h"
-
-struct sock_filter;
+#include "net/sockets.h"
 
 namespace tessera::net {
 
@@ -31,7 +29,7 @@ class FloodFilter {
   using TimePoint = std::chrono::steady_clock::time_point;
   static constexpr std::chrono::milliseconds kUpdate{100};
 
-  explicit FloodFilter(int socket);
+  explicit FloodFilter(SystemSocket socket) : socket_(socket) {}
   FloodFilter(const FloodFilter&) = delete;
   FloodFilter& operator=(const FloodFilter&) = delete;
 
@@ -56,10 +54,9 @@ class FloodFilter {
 
   // Whether it changed much.
   static bool Adapt(Kind& kind, std::uint64_t seen, double passed_s);
-  std::vector<sock_filter> Program() const;
   void Apply();
 
-  int socket_;
+  SystemSocket socket_;
   Kind hellos_{.most_per_s = kHellos.per_s}, logins_{.most_per_s = kUnproven_per_s},
       others_{.most_per_s = kUnproven_per_s};
   std::deque<End> shut_out_;  // the first to end first

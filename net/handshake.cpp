@@ -1,11 +1,13 @@
 #include "net/handshake.h"
 
-#include <arpa/inet.h>
 #include <sodium.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <cstring>
 
+#include "absl/strings/str_cat.h"
 #include "core/world/bytes.h"
 #include "net/protocol.h"
 
@@ -71,9 +73,9 @@ void WriteBlock(ByteWriter& out, std::span<const std::uint8_t> block) {
 }  // namespace
 
 std::string ToText(const Address& address) {
-  char text[INET_ADDRSTRLEN] = {};
-  inet_ntop(AF_INET, &address.host, text, sizeof text);
-  return std::string(text) + ":" + std::to_string(address.port);
+  std::array<std::uint8_t, 4> part;
+  std::memcpy(part.data(), &address.host, part.size());
+  return absl::StrCat(part[0], ".", part[1], ".", part[2], ".", part[3], ":", address.port);
 }
 
 std::string_view WordOf(Refused reason) {

@@ -7,24 +7,21 @@
 // Datagrams that the socket does not take are lost, as on any network. Thread rule: one thread.
 #pragma once
 
-#include <netinet/in.h>
-#include <sys/socket.h>
-
 #include <array>
 #include <cstdint>
 #include <span>
 
 #include "net/address.h"
-#include "net/protocol.h"
+#include "net/sockets.h"
 
 namespace tessera::net {
 
 class Outbox {
  public:
-  explicit Outbox(int socket);
+  explicit Outbox(SystemSocket socket) : socket_(socket) {}
 
   std::span<std::uint8_t> Room() {
-    if (count_ == kDatagrams) Send();
+    if (count_ == datagrams_.size()) Send();
     return datagrams_[count_].bytes;
   }
   bool empty() const { return count_ == 0; }
@@ -32,19 +29,9 @@ class Outbox {
   void Send();
 
  private:
-  // More datagrams would not stay in the nearest cache from sealing until sending.
-  static constexpr unsigned kDatagrams = 16;
-
-  struct Datagram {
-    sockaddr_in to{};
-    iovec part{};
-    std::array<std::uint8_t, kMaxUdpBytes> bytes;
-  };
-
-  int socket_;
-  unsigned count_ = 0;
-  std::array<Datagram, kDatagrams> datagrams_;
-  std::array<mmsghdr, kDatagrams> headers_{};
+  SystemSocket socket_;
+  std::size_t count_ = 0;
+  std::array<OutgoingDatagram, kMaxSentAtOnce> datagrams_;
 };
 
 }  // namespace tessera::net
