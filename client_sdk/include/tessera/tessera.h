@@ -32,7 +32,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__GNUC__)
+#if defined(_WIN32)
+#if defined(TESSERA_BUILDS_CLIENT)
+#define TESSERA_API __declspec(dllexport)
+#else
+#define TESSERA_API __declspec(dllimport)
+#endif
+#elif defined(__GNUC__)
 #define TESSERA_API __attribute__((visibility("default")))
 #else
 #define TESSERA_API
