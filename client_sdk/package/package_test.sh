@@ -37,6 +37,13 @@ grep -rhoE '^import "tessera/[^"]+' "$protos" | sed 's/^import "//' | sort -u | 
   [[ -f $protos/$imported ]] || fail "$imported is imported and not installed"
 done
 
+# Whoever writes in C# finds the sources of the binding, and what wrote them.
+for source in Native.cs Values.cs World.cs Connect.cs sample/Drifter.cs make_csharp.py; do
+  [[ -f $work/prefix/share/tessera/csharp/$source ]] || fail "csharp/$source is not installed"
+done
+python3 "$work/prefix/share/tessera/csharp/make_csharp.py" "$work"/prefix/include/tessera/{tessera,connect,local}.h |
+  cmp - "$work/prefix/share/tessera/csharp/Native.cs" || fail "make_csharp.py of the package writes another Native.cs"
+
 # The generator of this build: CMake's own choice may be a program that is not installed.
 "$cmake" -G "$generator" -S "$examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure"; }
 "$cmake" --build "$work/examples" >"$work/build.log" 2>&1 || { cat "$work/build.log"; fail "build"; }

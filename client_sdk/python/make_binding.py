@@ -10,11 +10,29 @@ A handle is a void pointer. What the parser does not understand it refuses, with
 
 import re
 import sys
+from typing import NamedTuple
 
-SCALARS = {
+CTYPES = {
     "int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64",
     "uint8_t": "c_uint8", "size_t": "c_size_t", "double": "c_double", "float": "c_float", "char": "c_char",
 }
+
+
+class Type(NamedTuple):
+    """A type of C, for whichever language: `base` with so many stars, and the extents where it is an array."""
+
+    base: str  # a key of CTYPES, "void", or the name of a struct or a handle
+    stars: int = 0
+    const: bool = False
+    extents: tuple = ()  # numbers, or constants with arithmetic
+    alias: str = ""  # the typedef by which the header names a scalar, such as tessera_code
+
+
+class Callback(NamedTuple):
+    """A pointer to a function."""
+
+    result: Type
+    arguments: list  # of Type
 
 
 class Headers:
@@ -22,13 +40,17 @@ class Headers:
 
     def __init__(self):
         self.constants = {}  # name: value
-        self.scalars = dict(SCALARS)
-        self.structs = {}  # name: [(field, ctype)]
+        self.scalars = {name: name for name in CTYPES}  # typedefs too: name: key of CTYPES
+        self.enums = {}  # typedef of a scalar: [constant], those that stand right after it
+        self.structs = {}  # name: [(field, Type or Callback)]
         self.handles = set()
-        self.functions = {}  # name: (result, [argument])
+        self.functions = {}  # name: (result, [(argument, Type)])
+        self.libraries = {}  # of functions: the name that was given to read
         self.initialisers = {}  # of structs, by the macro's name
+        self._library = self._typedef = None
 
-    def read(self, text):
+    def read(self, text, library=None):
+        self._library = library
         text = re.sub(r"/\*.*?\*/", " ", text, flags=re.S).replace("\\\n", " ")
         for name, body in re.findall(r"^#define (TESSERA_[A-Z_]+)[ \t]+(\{.*\})[ \t]*$", text, flags=re.M):
             self.initialisers[name] = body
@@ -53,17 +75,22 @@ class Headers:
             raise SystemExit(f"make_binding: not understood: {rest}")
 
     def take(self, statement):
+        typedef, self._typedef = self._typedef, None
         if match := re.fullmatch(r"enum \{(.*)\}", statement):
-            self.take_constants(match[1])
+            names = self.take_constants(match[1])
+            if typedef:
+                self.enums[typedef] = names
         elif match := re.fullmatch(r"typedef struct (\w+) \{(.*)\} \1", statement):
             self.structs[match[1]] = [field for part in self.statements_in(match[2]) for field in self.fields(part)]
         elif match := re.fullmatch(r"typedef struct (\w+) \1|struct (\w+)", statement):
             self.handles.add(match[1] or match[2])
         elif match := re.fullmatch(r"typedef (\w+) (\w+)", statement):
             self.scalars[match[2]] = self.scalars[match[1]]
+            self._typedef = match[2]
         elif match := re.fullmatch(r"TESSERA_API (.*?)(\w+)\((.*)\)", statement):
             arguments = [] if match[3] == "void" else [self.argument(part) for part in match[3].split(",")]
-            self.functions[match[2]] = (self.ctype(match[1].strip()), arguments)
+            self.functions[match[2]] = (self.type_of(match[1].strip()), arguments)
+            self.libraries[match[2]] = self._library
         else:
             raise SystemExit(f"make_binding: not understood: {statement}")
 
@@ -72,49 +99,63 @@ class Headers:
         return [part.strip() for part in body.split(";") if part.strip()]
 
     def take_constants(self, body):
+        names = []
         for part in body.split(","):
             name, _, value = part.partition("=")
             if name.strip():
-                self.constants[name.strip()] = int(value)
+                names.append(name.strip())
+                self.constants[names[-1]] = int(value)
+        return names
 
     def fields(self, declaration):
         if match := re.fullmatch(r"(.+?)\(\*(\w+)\)\((.*)\)", declaration):
-            types = [self.argument(part) for part in match[3].split(",")]
-            return [(match[2], f"CFUNCTYPE({', '.join([self.ctype(match[1].strip())] + types)})")]
+            types = [self.argument(part)[1] for part in match[3].split(",")]
+            return [(match[2], Callback(self.type_of(match[1].strip()), types))]
         match = re.fullmatch(r"((?:const )?\w+ ?\**) ?(.+)", declaration)
-        ctype, named = self.ctype(match[1].strip()), []
+        whole, named = self.type_of(match[1].strip()), []
         for name in match[2].split(","):
-            whole = ctype
-            for extent in reversed(re.findall(r"\[([^\]]+)\]", name)):
-                whole = f"({whole}) * ({extent})"
-            named.append((name.split("[")[0].strip(), whole))
+            extents = tuple(re.findall(r"\[([^\]]+)\]", name))
+            named.append((name.split("[")[0].strip(), whole._replace(extents=extents)))
         return named
 
     def argument(self, declaration):
+        """Its name and its type; an array is the pointer to its first element."""
         declaration = declaration.strip()
-        if match := re.fullmatch(r"(.+?) ?\w+\[\d+\]", declaration):
-            return f"POINTER({self.ctype(match[1])})"
+        if match := re.fullmatch(r"(.+?) ?(\w+)\[\d+\]", declaration):
+            whole = self.type_of(match[1])
+            return match[2], whole._replace(stars=whole.stars + 1)
         match = re.fullmatch(r"(.+?[ *])(\w+)", declaration)
-        return self.ctype(match[1].strip())
+        return match[2], self.type_of(match[1].strip())
 
-    def ctype(self, text):
+    def type_of(self, text):
         base = text.replace("const", "").replace("struct ", "").replace("*", "").strip()
-        stars = text.count("*")
-        if base == "void":
-            return "c_void_p" if stars else "None"
-        if base == "char" and stars == 1:
-            return "c_char_p" if "const" in text else "c_void_p"
-        if base in self.handles:
-            stars, name = stars - 1, "c_void_p"
-        elif base in self.structs or base in self.scalars:
-            name = self.scalars.get(base, base)
-        else:
+        if base not in self.scalars and base not in self.structs and base not in self.handles and base != "void":
             raise SystemExit(f"make_binding: no such type: {text}")
-        return "POINTER(" * stars + name + ")" * stars
+        plain = self.scalars.get(base, base)
+        return Type(plain, text.count("*"), "const" in text, alias=base if base != plain else "")
 
     def initialiser_of(self, struct):
         """The macro is named as the struct is, but for the library's own name."""
         return self.initialisers.get(struct.upper())
+
+
+def ctype(headers, whole):
+    """A type as ctypes has it."""
+    if isinstance(whole, Callback):
+        return f"CFUNCTYPE({', '.join(ctype(headers, one) for one in (whole.result, *whole.arguments))})"
+    if whole.extents:
+        text = ctype(headers, whole._replace(extents=()))
+        for extent in reversed(whole.extents):
+            text = f"({text}) * ({extent})"
+        return text
+    stars, name = whole.stars, CTYPES.get(whole.base, whole.base)
+    if whole.base == "void":
+        return "c_void_p" if stars else "None"
+    if whole.base == "char" and stars == 1:
+        return "c_char_p" if whole.const else "c_void_p"
+    if whole.base in headers.handles:
+        stars, name = stars - 1, "c_void_p"
+    return "POINTER(" * stars + name + ")" * stars
 
 
 def values_of(initialiser):
@@ -167,14 +208,15 @@ class _Initialised(Structure):
 ''')
     for struct, fields in headers.structs.items():
         out.write(f"\n\nclass {struct}(_Initialised):\n    _fields_ = [\n")
-        for name, ctype in fields:
-            out.write(f'        ("{name}", {ctype}),\n')
+        for name, whole in fields:
+            out.write(f'        ("{name}", {ctype(headers, whole)}),\n')
         out.write("    ]\n")
         if initialiser := headers.initialiser_of(struct):
             out.write(f"\n    @staticmethod\n    def _initial_():\n        return {values_of(initialiser)}\n")
     out.write("\n\n_FUNCTIONS = {\n")
     for name, (result, arguments) in headers.functions.items():
-        out.write(f'    "{name}": ({result}, [{", ".join(arguments)}]),\n')
+        types = ", ".join(ctype(headers, whole) for _, whole in arguments)
+        out.write(f'    "{name}": ({ctype(headers, result)}, [{types}]),\n')
     out.write('''}
 
 

@@ -49,6 +49,8 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"cmake -S JoltPhysics/Build", kPeers},
     {"cmake --preset release", kWholeBuild},
     {"python3 make_binding.py", "works in an installed package; sdk_python_test runs it"},
+    {"mcs -unsafe", "works in an installed package; sdk_csharp_test compiles and runs the sample"},
+    {"LD_LIBRARY_PATH=/opt/tessera/lib", "goes with the one before"},
     {"cmake --install", "installs into the system; sdk_package_test installs elsewhere"},
     {"apt-get install",
      "needs root and the network; ./dev package --try installs the same packages in an empty system"},
