@@ -14,7 +14,7 @@ fail() { echo "package_test: $*" >&2; exit 1; }
 
 "$cmake" --install "$build" --prefix "$work/prefix" --component sdk >"$work/install.log" || { cat "$work/install.log"; fail "install"; }
 # Public headers and nothing else; no type of the libraries inside.
-headers=$(cd "$work/prefix" && find . -name '*.h' -o -name '*.hpp' | sort | tr '\n' ' ')
+headers=$(cd "$work/prefix" && find ./include -name '*.h' -o -name '*.hpp' | sort | tr '\n' ' ')
 [[ $headers == "./include/tessera/connect.h ./include/tessera/connect.hpp ./include/tessera/local.h ./include/tessera/local.hpp ./include/tessera/movement.h ./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
 ! grep -nE '\bbt[A-Z]|protobuf|ENet|absl|grpc' "$work"/prefix/include/tessera/* || fail "a header names what is inside"
 # Nothing can be seen but the C interface.
@@ -48,6 +48,15 @@ python3 "$work/prefix/share/tessera/csharp/make_csharp.py" "$work"/prefix/includ
 "$cmake" -G "$generator" -S "$examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure"; }
 "$cmake" --build "$work/examples" >"$work/build.log" 2>&1 || { cat "$work/build.log"; fail "build"; }
 
+# The plug-in for Godot: what can be seen of it is the function by which the engine begins, and it is loaded.
+"$cmake" -G "$generator" -S "$work/prefix/share/tessera/godot" -B "$work/godot" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure the plug-in"; }
+"$cmake" --build "$work/godot" >"$work/build.log" 2>&1 || { cat "$work/build.log"; fail "build the plug-in"; }
+"$cmake" --install "$work/godot" --prefix "$work/sample" >"$work/install.log" || { cat "$work/install.log"; fail "install the plug-in"; }
+seen=$(nm -D --defined-only "$work/sample/bin/libtessera-godot.so" | awk '$2 == "T" { print $3 }')
+[[ $seen == tessera_godot_init ]] || fail "symbols of the plug-in: $seen"
+python3 -c 'import ctypes, sys; ctypes.CDLL(sys.argv[1]).tessera_godot_init' "$work/sample/bin/libtessera-godot.so" || fail "the plug-in cannot be loaded"
+grep -q 'res://bin/libtessera-godot.so' "$work/prefix/share/tessera/godot/sample/tessera.gdextension" || fail "the sample names another plug-in"
+
 mkfifo "$work/address"
 "$fake_instance" >"$work/address" &
 instance=$!
@@ -58,4 +67,4 @@ for example in watcher drifter; do
   grep -q 'player [0-9]* in plaza' "$work/$example.log" || { cat "$work/$example.log"; fail "$example did not join"; }
   grep -q '2 bodies' "$work/$example.log" || { cat "$work/$example.log"; fail "$example saw no bodies"; }
 done
-echo "package_test: the library needs nothing foreign; both examples built from the installed package and played by grants"
+echo "package_test: the library needs nothing foreign; the plug-in and both examples built from the installed package and played by grants"
