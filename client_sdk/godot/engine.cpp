@@ -61,7 +61,7 @@ bool EngineFunctions::Load(abi::GetFunction get, void* the_library, const char*&
   return true;
 }
 
-void ReportError(const std::string& line) { Engine().print_error(line.c_str(), "Tessera", "tessera", "tessera", 0, 0); }
+void ReportError(const std::string& line) { Engine().print_error("tessera", line.c_str(), "tessera", "tessera", 0, 0); }
 
 Pose Pose::Of(const Pose& inner) const {
   const auto& [x, y, z, w] = orientation;

@@ -132,8 +132,8 @@ void RegisterSignal(void*, const void*, const void* signal, const abi::PropertyI
 
 // The engine's functions by our member's name.
 struct Functions {
-  abi::print_error_function print_error = [](const char* description, const char*, const char*, const char*,
-                                             std::int32_t, std::uint8_t) { current->errors.emplace_back(description); };
+  abi::print_error_function print_error = [](const char*, const char* message, const char*, const char*, std::int32_t,
+                                             std::uint8_t) { current->errors.emplace_back(message); };
   abi::variant_copy_function variant_copy = [](void* to, const void* from) { Put(to, In(from)); };
   abi::variant_nil_function variant_nil = [](void* to) { Put(to, {}); };
   abi::variant_destroy_function variant_destroy = DestroyVariant;
