@@ -14,7 +14,7 @@ namespace tessera::physics {
 class AwakeJoints {
  public:
   // Lists the joints, and asks each model for its rows, by which the models count their turns.
-  void Run(const BodyStore& bodies);
+  void Run(BodyStore& bodies);
 
   std::span<Joint* const> joints() const { return joints_; }
   std::span<JointRows> rows() { return {rows_.data(), joints_.size()}; }  // by index in `joints`
@@ -25,6 +25,8 @@ class AwakeJoints {
   bool Validate() const;
 
  private:
+  void List(BodyStore& bodies);
+
   std::vector<Joint*> joints_;
   std::vector<JointRows> rows_;
 };

@@ -45,7 +45,7 @@ class BodyStore {
 
   // --- Joints.
   bool HasJoint(JointId id) const { return joints_.contains(id); }
-  bool has_joints() const { return !joints_.empty(); }
+  std::map<JointId, Joint>& joints() { return joints_; }
   Joint& JointAt(JointId id);
   Joint& AddJoint(const JointDef& def);
   void RemoveJoint(Joint& joint);

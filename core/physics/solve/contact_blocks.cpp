@@ -256,7 +256,7 @@ void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Color
   };
   counts_.assign(static_cast<std::size_t>(coloring.used()) * kBuckets, 0);
   starts_.resize(counts_.size());
-  places_.resize(contacts.size());
+  if (places_.size() < contacts.size()) places_.resize(contacts.size());  // those of a larger batch may stay
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (i + kAhead < contacts.size()) __builtin_prefetch(contacts[i + kAhead].manifold);
     places_[i].kind = KindOf(contacts[i]);

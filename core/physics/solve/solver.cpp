@@ -50,6 +50,7 @@ struct Solver::Impl {
   ThreadTeam& team;
   StepConstants step{};
   std::size_t count = 0;  // number of moving bodies; those after the last, one a thread, stand for the world
+  // By body, and as long as the largest batch so far: one that shrank for a small batch would be cleared for the next.
   std::vector<SolvedState> states;
   std::vector<SolvedMass> masses;
   std::vector<SolvedMemory> before;  // velocities before the last kick
@@ -64,10 +65,12 @@ struct Solver::Impl {
 void Solver::Impl::LoadBodies(std::span<const SolverBody> bodies, float h) {
   count = bodies.size();
   const std::size_t all = count + team.size();
-  states.resize(all);
-  masses.resize(all);
-  before.resize(all);
-  kicks.resize(all);
+  if (states.size() < all) {
+    states.resize(all);
+    masses.resize(all);
+    before.resize(all);
+    kicks.resize(all);
+  }
   team.For(count, kChunkBodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) LoadBody(bodies[i], i, h);
   });
