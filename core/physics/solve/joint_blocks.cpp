@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/physics/solve/packed_vector.h"
 #include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
 #include "core/physics/trig.h"
@@ -17,35 +18,59 @@ constexpr float kImplied = 1e-6f;
 // them would feed it energy.
 constexpr float kLostTurn2 = 0.25f;
 
+// (x0 + x1) + (x2 + x3).
+float SumOfPairs(__m128 x) {
+  const __m128 pairs = _mm_add_ps(x, _mm_shuffle_ps(x, x, _MM_SHUFFLE(2, 3, 0, 1)));
+  return _mm_cvtss_f32(_mm_add_ss(pairs, _mm_movehl_ps(pairs, pairs)));
+}
+
+// The vectors of a row that are mass-normalised, in the order in which they lie.
+struct PackedRow {
+  explicit PackedRow(const JointRow& row)
+      : vectors{PackedVector::Load(row.linear_a), PackedVector::Load(row.angular_a), PackedVector::Load(row.linear_b),
+                PackedVector::Load(row.angular_b)} {}
+  PackedVector vectors[4];
+};
+
 float Velocity(const JointRow& row, const SolvedState& a, const SolvedState& b) {
-  return (Dot(row.linear_a, Get(a.velocity)) + Dot(row.angular_a, Get(a.spin))) +
-         (Dot(row.linear_b, Get(b.velocity)) + Dot(row.angular_b, Get(b.spin)));
+  const PackedVector motion[4] = {PackedVector::Load(a.velocity), PackedVector::Load(a.spin),
+                                  PackedVector::Load(b.velocity), PackedVector::Load(b.spin)};
+  return SumOfPairs(Dots(PackedRow(row).vectors, motion));
 }
 
 template <class Body>
 void Apply(const JointRow& row, float impulse, Body& a, Body& b) {
-  Add(a.velocity, row.linear_a * impulse);
-  Add(a.spin, row.angular_a * impulse);
-  Add(b.velocity, row.linear_b * impulse);
-  Add(b.spin, row.angular_b * impulse);
+  const PackedRow packed(row);
+  (packed.vectors[0] * impulse).AddTo(a.velocity);
+  (packed.vectors[1] * impulse).AddTo(a.spin);
+  (packed.vectors[2] * impulse).AddTo(b.velocity);
+  (packed.vectors[3] * impulse).AddTo(b.spin);
 }
 
+// (linear_a + angular_a) + (linear_b + angular_b), each part a dot product.
 float Product(const JointRow& p, const JointRow& q) {
-  return (Dot(p.linear_a, q.linear_a) + Dot(p.angular_a, q.angular_a)) +
-         (Dot(p.linear_b, q.linear_b) + Dot(p.angular_b, q.angular_b));
+  return SumOfPairs(Dots(PackedRow(p).vectors, PackedRow(q).vectors));
 }
 
 // Subtract: p -= s q. Scale: p *= s.
 void Subtract(JointRow& p, float s, const JointRow& q) {
-  p.linear_a -= q.linear_a * s;
-  p.angular_a -= q.angular_a * s;
-  p.linear_b -= q.linear_b * s;
-  p.angular_b -= q.angular_b * s;
-  p.linear -= q.linear * s;
+  const PackedRow of_p(p), of_q(q);
+  const PackedVector linear = PackedVector::Load(p.linear) - PackedVector::Load(q.linear) * s;
+  (of_p.vectors[0] - of_q.vectors[0] * s).StoreOver(p.linear_a);
+  (of_p.vectors[1] - of_q.vectors[1] * s).StoreOver(p.angular_a);
+  (of_p.vectors[2] - of_q.vectors[2] * s).StoreOver(p.linear_b);
+  (of_p.vectors[3] - of_q.vectors[3] * s).StoreOver(p.angular_b);
+  p.linear = linear.Get();
   p.error -= q.error * s;
 }
 void Scale(JointRow& p, float s) {
-  for (Vec3f* v : {&p.linear_a, &p.angular_a, &p.linear_b, &p.angular_b, &p.linear}) *v *= s;
+  const PackedRow packed(p);
+  const Vec3f linear = p.linear;
+  (packed.vectors[0] * s).StoreOver(p.linear_a);
+  (packed.vectors[1] * s).StoreOver(p.angular_a);
+  (packed.vectors[2] * s).StoreOver(p.linear_b);
+  (packed.vectors[3] * s).StoreOver(p.angular_b);
+  p.linear = linear * s;
   p.error *= s;
 }
 
@@ -91,49 +116,75 @@ struct TurnedAxes {
 
 float Clamp(float x, float limit) { return std::max(-limit, std::min(x, limit)); }
 
+// Turns as TurnedAxes does.
+struct PackedAxes {
+  explicit PackedAxes(const TurnedAxes& axes) : u(PackedVector::Of(axes.u)), w(axes.w) {}
+  PackedVector operator()(PackedVector v) const {
+    const PackedVector t = Cross(u, v) * 2.0f;
+    return v + t * w + Cross(u, t);
+  }
+  PackedVector u;
+  float w;
+};
+
 // A joint's point and axes where its bodies are now.
 struct Stance {
   Stance(const JointRows& rows, const SolvedState& a, const SolvedState& b)
-      : turned_a(Get(a.turned)), turned_b(Get(b.turned)), axes(turned_a), start_gap(rows.gap) {
-    const TurnedAxes turn_b(turned_b);
-    start_arm_a = rows.arm_a + rows.gap;
-    start_arm_b = rows.arm_b;
-    const Vec3f arm = axes(rows.arm_a);
-    arm_b = turn_b(rows.arm_b);
-    gap = rows.gap + ((Get(b.moved) - Get(a.moved)) + ((arm_b - rows.arm_b) - (arm - rows.arm_a)));
+      : axes(TurnedAxes(Get(a.turned))),
+        turned_a(PackedVector::Load(a.turned)),
+        turned_b(PackedVector::Load(b.turned)),
+        start_gap(PackedVector::Of(rows.gap)),
+        start_arm_a(PackedVector::Load(rows.arm_a) + start_gap),
+        start_arm_b(PackedVector::Load(rows.arm_b)) {
+    const PackedVector from_a = PackedVector::Load(rows.arm_a), arm = axes(from_a);
+    arm_b = PackedAxes(TurnedAxes(Get(b.turned)))(start_arm_b);
+    const PackedVector moved = PackedVector::Load(b.moved) - PackedVector::Load(a.moved);
+    gap = start_gap + (moved + ((arm_b - start_arm_b) - (arm - from_a)));
     arm_a = arm + gap;
   }
-  Vec3f turned_a, turned_b;
-  TurnedAxes axes;
-  Vec3f start_gap, start_arm_a, start_arm_b;  // from each centre of mass to the point on b, at the start
-  Vec3f gap, arm_a, arm_b;                    // now
+  PackedAxes axes;
+  PackedVector turned_a, turned_b;
+  PackedVector start_gap, start_arm_a, start_arm_b;  // arms: from each centre of mass to the point on b, at the start
+  PackedVector gap, arm_a, arm_b;                    // now
 };
 
-JointRow MakeRow(const Row& row, const Stance& stance, const SolvedMass& a, const SolvedMass& b, float h,
-                 float bias_rate) {
+// A body of a joint, as its rows need it.
+struct PackedMass {
+  explicit PackedMass(const SolvedMass& mass) : root_inertia(mass.root_inertia), inverse_root(mass.inverse_root_mass) {}
+  PackedMatrix root_inertia;
+  float inverse_root;
+};
+
+void MakeRow(const Row& row, const Stance& stance, const PackedMass& a, const PackedMass& b, float h, float bias_rate,
+             JointRow& out) {
+  const PackedVector start_linear = PackedVector::Load(row.linear);
   // The row's angular part beyond the motion of the joint's point.
-  const Vec3f extra_a = stance.axes(row.angular_a - Cross(stance.start_arm_a, row.linear));
-  const Vec3f extra_b = stance.axes(row.angular_b - Cross(stance.start_arm_b, row.linear));
-  const Vec3f linear = stance.axes(row.linear);
-  JointRow out;
-  out.linear = linear;
-  out.linear_a = linear * -a.inverse_root_mass;
-  out.linear_b = linear * b.inverse_root_mass;
-  out.angular_a = RootInertia(a) * -(extra_a + Cross(stance.arm_a, linear));
-  out.angular_b = RootInertia(b) * (extra_b + Cross(stance.arm_b, linear));
-  out.error = row.error + ((Dot(linear, stance.gap) - Dot(row.linear, stance.start_gap)) +
-                           (Dot(extra_b, stance.turned_b) - Dot(extra_a, stance.turned_a)));
+  const PackedVector extra_a = stance.axes(PackedVector::Load(row.angular_a) - Cross(stance.start_arm_a, start_linear));
+  const PackedVector extra_b = stance.axes(PackedVector::Of(row.angular_b) - Cross(stance.start_arm_b, start_linear));
+  const PackedVector linear = stance.axes(start_linear);
+  // In the order in which they lie, since each store writes the first number of the next vector too.
+  (linear * -a.inverse_root).StoreOver(out.linear_a);
+  (a.root_inertia * -(extra_a + Cross(stance.arm_a, linear))).StoreOver(out.angular_a);
+  (linear * b.inverse_root).StoreOver(out.linear_b);
+  (b.root_inertia * (extra_b + Cross(stance.arm_b, linear))).StoreOver(out.angular_b);
+  out.linear = linear.Get();
+  const __m128 parts =
+      Dots({linear, start_linear, extra_b, extra_a}, {stance.gap, stance.start_gap, stance.turned_b, stance.turned_a});
+  alignas(16) float dots[4];
+  _mm_store_ps(dots, parts);
+  out.error = row.error + ((dots[0] - dots[1]) + (dots[2] - dots[3]));
   if (row.kind == RowKind::kLocked || row.kind == RowKind::kLimit) {
     const float most = (row.linear == Vec3f() ? kJointPush_rad_s : kJointPush_m_s) / bias_rate;
     out.error = row.kind == RowKind::kLimit ? std::max(out.error, -most) : Clamp(out.error, most);
   }
   out.kind = row.kind;
+  out.relax_error = 0;
   out.target_velocity = row.target_velocity;
   out.max_impulse = row.max_force * h;
+  out.stiffness = out.damping = 0;
   const float square = Product(out, out);
   out.mass = square > 0 ? 1 / square : 0;
   if (row.kind == RowKind::kSpring) MakeSpring(row, h, out);
-  return out;
 }
 
 // Makes one more step of Gram and Schmidt. Returns false if the row adds nothing to those before it.
@@ -158,13 +209,15 @@ bool Orthonormalize(JointBlock& block, JointRow& row) {
 void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, float bias_rate, JointBlock& block) {
   const JointRows& rows = *block.from;
   const Stance stance(rows, states[block.a], states[block.b]);
-  block.arm_a = stance.arm_a;
-  block.arm_b = stance.arm_b;
+  const PackedMass mass_a(masses[block.a]), mass_b(masses[block.b]);
+  block.arm_a = stance.arm_a.Get();
+  block.arm_b = stance.arm_b.Get();
   block.gap_m = 0;
   block.locked = block.count = 0;
   for (int i = 0; i < rows.count; ++i) {
     const Row& from = rows.rows[At(i)];
-    JointRow row = MakeRow(from, stance, masses[block.a], masses[block.b], h, bias_rate);
+    JointRow& row = block.rows[At(block.count)];  // the next row takes its place unless it is kept
+    MakeRow(from, stance, mass_a, mass_b, h, bias_rate, row);
     row.origin = static_cast<std::uint8_t>(i);
     row.impulse = block.impulses[At(i)];
     if (from.kind == RowKind::kLocked) {
@@ -175,7 +228,7 @@ void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, floa
     } else if (!(row.mass > 0)) {
       continue;
     }
-    block.rows[At(block.count++)] = row;
+    ++block.count;
   }
   // Impulses along the orthonormal rows are transpose(L) times those along the joint's own; row j no longer needs its
   // own.
