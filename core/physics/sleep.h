@@ -21,6 +21,10 @@ class SleepPass {
   // After bodies were moved: counts for how long each awake one has been still, and takes islands that sleep out of
   // `awake`. An island does not sleep that has one of `restless`, by awake_index.
   void Run(double dt_s, const Islands& islands, BodyStore& bodies, std::span<const std::uint32_t> restless = {});
+  // Nothing is awake that could fall asleep.
+  void RunIdle() { sleepy_.clear(); }
+  // Those that the last run took out, in no order.
+  std::span<RigidBody* const> fallen_asleep() const { return sleepy_; }
 
  private:
   bool allowed_;

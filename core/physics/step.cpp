@@ -32,6 +32,7 @@ void World::Impl::Step(double dt_s) {
   if (bodies.awake().empty() && !pairs.has_ended() && bodies.Moving().empty()) {
     narrow_phase.Clear();
     continuous.Clear();
+    sleep.RunIdle();
     report.RunIdle();
     return;
   }

@@ -65,6 +65,12 @@ Aabb World::BoundsOf(BodyId id) const {
 double World::MassOf(BodyId id) const { return impl_->bodies.At(id).mass_kg(); }
 Vec3d World::InertiaOf(BodyId id) const { return impl_->bodies.At(id).inertia(); }
 
+void World::ForEachStepped(absl::FunctionRef<void(std::uint32_t tag, const BodyState& state)> visit) const {
+  for (const RigidBody* body : impl_->bodies.awake()) visit(body->tag, body->state());
+  for (const RigidBody* body : impl_->sleep.fallen_asleep()) visit(body->tag, body->state());
+  for (const RigidBody* body : impl_->bodies.Moving()) visit(body->tag, body->state());
+}
+
 void World::SetSupportHint(BodyId id, const SupportHint& hint) { impl_->bodies.At(id).support = hint; }
 void World::SetExclusionGroup(BodyId id, ExclusionGroup group) { impl_->bodies.At(id).exclusion_group = group; }
 void World::SetTag(BodyId id, std::uint32_t tag) { impl_->bodies.At(id).tag = tag; }

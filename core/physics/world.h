@@ -18,6 +18,8 @@
 // their number changes no bit.
 #pragma once
 
+#include <absl/functional/function_ref.h>
+
 #include <memory>
 #include <span>
 #include <vector>
@@ -90,6 +92,11 @@ class World {
 
   // Wakes a body and, in the next step, all that it touches.
   void Wake(BodyId id);
+
+  // Calls `visit` for the bodies to which the last step may have given another state, with their tags, in no order:
+  // those that are awake, those that fell asleep in it, and kinematic ones under way. Only until the next call that
+  // changes the world. One of `isolated` need not be among them.
+  void ForEachStepped(absl::FunctionRef<void(std::uint32_t tag, const BodyState& state)> visit) const;
 
   // --- What the caller knows of a body that cannot be seen here. A new body has no hint, no group and no tag.
   void SetSupportHint(BodyId id, const SupportHint& hint);

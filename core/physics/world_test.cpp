@@ -356,6 +356,37 @@ TEST(TouchingTest, IsNamedByTags) {
   EXPECT_THAT(touching, ::testing::UnorderedElementsAre(kNoTag, 3));
 }
 
+// Whoever keeps the states of bodies and takes over those of each step has the world's, as long as nobody else sets
+// any.
+TEST(SteppedTest, BodiesThatAStepChangedAreNamedByTags) {
+  World world({});
+  AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0}), Dynamic(3, Cube(), {0, 1.6, 0}),
+                 Dynamic(4, Cube(), {5, 0.5, 0})});
+  std::vector<BodyState> kept(5);
+  for (std::uint32_t id = 1; id <= 4; ++id) {
+    world.SetTag(BodyId(id), id);
+    kept[id] = world.StateOf(BodyId(id));
+  }
+  std::vector<std::uint32_t> last;
+  const auto step = [&] {
+    world.Step(kDt);
+    last.clear();
+    world.ForEachStepped([&](std::uint32_t tag, const BodyState& state) {
+      last.push_back(tag);
+      kept[tag] = state;
+    });
+    for (std::uint32_t id = 1; id <= 4; ++id) EXPECT_EQ(kept[id], world.StateOf(BodyId(id)));
+  };
+  for (int i = 0; i < 400; ++i) step();
+  ASSERT_EQ(world.asleep_count(), 3u);
+  EXPECT_THAT(last, ::testing::IsEmpty());
+  world.ApplyImpulse(BodyId(4), {0.5f, 0, 0}, {});
+  step();
+  EXPECT_THAT(last, ::testing::ElementsAre(4));
+  for (int i = 0; i < 400; ++i) step();
+  EXPECT_EQ(world.asleep_count(), 3u);
+}
+
 // --- Sleep
 
 std::vector<BodyDef> Tower() {

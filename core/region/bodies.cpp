@@ -330,11 +330,14 @@ void Bodies::Place(BodyId id, const BodyState& state) {
 bool Bodies::Park(BodyId id) {
   if (!world_.Has(id) || world_.IsParked(id)) return false;
   world_.Park(id);
+  reread_.push_back(id);
   return true;
 }
 
 void Bodies::Unpark(BodyId id) {
-  if (world_.Has(id)) world_.Unpark(id);
+  if (!world_.Has(id)) return;
+  world_.Unpark(id);
+  reread_.push_back(id);
 }
 
 void Bodies::NotePoses(Tick tick, double tick_s, std::size_t ticks) {
@@ -363,19 +366,56 @@ void Bodies::Step(double tick_s, Tick tick) {
 }
 
 std::vector<std::pair<BodyId, Epoch>> Bodies::ReadBack() {
-  std::vector<BodyId> isolated(world_.isolated().begin(), world_.isolated().end());
-  std::sort(isolated.begin(), isolated.end());
-  const auto absurd = [&](BodyId id, const BodyState& state) {
-    return !IsSane(state) || std::binary_search(isolated.begin(), isolated.end(), id);
-  };
-  std::vector<std::pair<BodyId, Epoch>> lost;
+  absurd_.clear();
+  if (places_noted_ && !changed_since_step_) {
+    ReadStepped();
+  } else {
+    ReadAll();
+  }
+  reread_.clear();
+  if (!world_.isolated().empty()) {
+    for (const BodyId id : world_.isolated()) absurd_.push_back(id);
+    std::ranges::sort(absurd_);
+    absurd_.erase(std::unique(absurd_.begin(), absurd_.end()), absurd_.end());
+  }
+  return absurd_.empty() ? std::vector<std::pair<BodyId, Epoch>>() : TakeOutAbsurd();
+}
+
+void Bodies::ReadAll() {
   for (OwnedBody& body : owned_) {
     body.state = world_.StateOf(body.def->id);
-    if (absurd(body.def->id, body.state)) lost.emplace_back(body.def->id, body.epoch);
+    if (!IsSane(body.state)) absurd_.push_back(body.def->id);
+  }
+  for (const Ghost& ghost : ghosts_) {
+    if (!IsSane(world_.StateOf(ghost.record.id))) absurd_.push_back(ghost.record.id);
+  }
+  std::ranges::sort(absurd_);
+}
+
+// Whatever else happens to the state of an owned body in the world is noted here when it happens.
+void Bodies::ReadStepped() {
+  const auto read = [&](std::size_t place, const BodyState& state) {
+    if (place >= places()) return;
+    if (place < owned_.size()) owned_[place].state = state;
+    if (!IsSane(state)) absurd_.push_back(IdAt(place));
+  };
+  world_.ForEachStepped([&](std::uint32_t tag, const BodyState& state) { read(tag, state); });
+  for (const BodyId id : reread_) {
+    if (const std::ptrdiff_t place = PlaceOf(id); place >= 0) read(static_cast<std::size_t>(place), world_.StateOf(id));
+  }
+  std::ranges::sort(absurd_);
+}
+
+std::vector<std::pair<BodyId, Epoch>> Bodies::TakeOutAbsurd() {
+  std::vector<std::pair<BodyId, Epoch>> lost;
+  for (const BodyId id : absurd_) {
+    if (const std::ptrdiff_t index = IndexOf(id); index >= 0) {
+      lost.emplace_back(id, owned_[static_cast<std::size_t>(index)].epoch);
+    }
   }
   for (const auto& [id, epoch] : lost) RemoveOwned(id);
   std::erase_if(ghosts_, [&](const Ghost& ghost) {
-    if (!absurd(ghost.record.id, world_.StateOf(ghost.record.id))) return false;
+    if (!std::ranges::binary_search(absurd_, ghost.record.id)) return false;
     places_noted_ = false;
     changed_since_step_ = true;
     RemoveFromWorld(ghost.record.id);
@@ -392,10 +432,12 @@ void Bodies::AddNear(BodyId id, std::vector<std::uint32_t>* near) const {
   }
 }
 
-std::span<const physics::PairImpulse> Bodies::ImpulsesNearBorders(absl::FunctionRef<bool(std::size_t)> near) const {
+std::span<const physics::PairImpulse> Bodies::ImpulsesNearBorders(absl::FunctionRef<bool(std::size_t)> near,
+                                                                  bool any_near) const {
   enum : std::uint8_t { kOwn = 1, kNear = 2 };
   const auto bits_at = [&](std::size_t i) -> std::uint8_t { return near(i) ? kOwn | kNear : kOwn; };
   if (!changed_since_step_) {
+    if (!any_near && ghosts_.empty()) return {};
     std::vector<std::uint8_t> bits(places(), kNear);
     for (std::size_t i = 0; i < owned_.size(); ++i) bits[i] = bits_at(i);
     return world_.ImpulsesOf(bits);

@@ -130,8 +130,10 @@ class Bodies {
   // Adds the places of bodies that are about this one, physics::kNoTag for static ones, in no order.
   void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
   // Contacts between owned bodies and ghosts, and those of owned bodies that are `near` a border (by index): whatever
-  // else touches is no other region's concern. Valid until this is called again, or the bodies change.
-  std::span<const physics::PairImpulse> ImpulsesNearBorders(absl::FunctionRef<bool(std::size_t)> near) const;
+  // else touches is no other region's concern. `any_near`: false if `near` holds for none. Valid until this is called
+  // again, or the bodies change.
+  std::span<const physics::PairImpulse> ImpulsesNearBorders(absl::FunctionRef<bool(std::size_t)> near,
+                                                            bool any_near = true) const;
 
   void Validate() const;
 
@@ -144,6 +146,10 @@ class Bodies {
   double RadiusOf(BodyId id) const;
   void OwnedChanged();
   void FollowPaths(Tick tick);
+  // Parts of ReadBack. The first two read all states, and those that may be others than before; they fill absurd_.
+  void ReadAll();
+  void ReadStepped();
+  std::vector<std::pair<BodyId, Epoch>> TakeOutAbsurd();
   void FindGameAssemblies();
 
   const Catalog& catalog_;
@@ -165,6 +171,8 @@ class Bodies {
   std::vector<const BodyDef*> on_paths_;
   std::vector<BodyId> noted_own_, noted_ghosts_, noted_fixed_;  // scratch of NotePoses
   std::optional<Tick> on_paths_at_;
+  std::vector<BodyId> reread_;       // outside of steps they came to have a state that owned() does not have
+  std::vector<BodyId> absurd_;       // scratch of ReadBack: ascending in the end
   bool prime_contacts_ = false;      // before the next step
   bool stepped_ = false;             // at least once
   std::size_t stepped_places_ = 0;   // places() in the last step

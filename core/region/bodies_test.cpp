@@ -76,6 +76,46 @@ TEST(BodiesTest, AbsurdBodiesAreTakenOutAndOwnedOnesReported) {
   world.bodies.Validate();
 }
 
+void ExpectStatesOfTheWorld(const SmallWorld& world) {
+  for (const OwnedBody& body : world.bodies.owned()) {
+    EXPECT_EQ(body.state, world.bodies.world().StateOf(body.def->id)) << body.def->id.value();
+  }
+}
+
+// Ball 2 rolls onto ball 1, which sleeps, and both come to rest; ball 3 sleeps beside them.
+TEST(BodiesTest, OwnedBodiesHaveTheStatesOfTheWorldWhetherTheySleepWakeOrAreParked) {
+  Scene scene = Balls({{-3, 0, 0}, {-5, 0, 0}, {-8, 0, 0}, {5, 0, 0}});
+  for (BodyDef& body : scene.bodies) {
+    body.linear_damping = 0.9;
+    body.angular_damping = 0.9;
+  }
+  SmallWorld world(std::move(scene));
+  const auto own = [&](std::uint64_t id, bool asleep, float speed) {
+    BodyState state = world.InitialOf(id);
+    state.asleep = asleep;
+    state.linear_velocity = {speed, 0, 0};
+    world.Own(id, state);
+  };
+  own(1, true, 0);
+  own(2, false, 3);
+  own(3, true, 0);
+  world.AddGhost(4, 2);
+  int woken = 0, fell_asleep = 0;
+  for (int i = 0; i < 400; ++i) {
+    if (i == 100) world.bodies.Wake(BodyId(3));
+    if (i == 110) world.bodies.Park(BodyId(2));
+    if (i == 130) world.bodies.Unpark(BodyId(2));
+    if (i == 140) world.bodies.Place(BodyId(1), world.InitialOf(1));
+    const bool slept = world.bodies.owned()[0].state.asleep;
+    world.Step();
+    ExpectStatesOfTheWorld(world);
+    woken += slept && !world.bodies.owned()[0].state.asleep ? 1 : 0;
+    fell_asleep += !slept && world.bodies.owned()[0].state.asleep ? 1 : 0;
+  }
+  EXPECT_GT(woken, 0);
+  EXPECT_GT(fell_asleep, 0);
+}
+
 TEST(BodiesTest, ContactsOfTheInteriorAreNoConcernOfBorders) {
   SmallWorld world(Balls({{-0.45, 0, 0}, {0.45, 0, 0}, {-5, 0, 0}, {-5.9, 0, 0}}));
   for (const std::uint64_t id : {1, 3, 4}) world.Own(id);

@@ -3,7 +3,24 @@
 #include "core/region/fields.h"
 
 namespace tessera::region {
+namespace {
+
+// Calls `visit(index, control)` for the owned bodies that players move, in their order. Unless somebody moves another
+// body than his own, only players' bodies can be such.
+template <class Visit>
+void ForEachMoved(const Bodies& bodies, const RegionPlayers& players, Visit visit) {
+  const std::span<const OwnedBody> owned = bodies.owned();
+  const std::span<const OwnedBody> some = players.driven().empty() ? PlayersAmong(owned) : owned;
+  for (const OwnedBody& body : some) {
+    const PlayerControl* const control = players.MoverOf(body.def->id);
+    if (control != nullptr) visit(static_cast<std::size_t>(&body - owned.data()), *control);
+  }
+}
+
+}  // namespace
+
 void BodyForces::StatesChanged() {
+  if (scene_.fields.empty()) return;
   for (FieldNote& note : fields_) note.known = false;
 }
 
@@ -23,10 +40,11 @@ std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Re
     Vec3d& acceleration = forces_[i].acceleration_m_s2;
     acceleration = scene_.gravity_m_s2 * body.gravity_scale;
     if (!scene_.fields.empty()) acceleration += FieldOn(i, body.state);
-    if (const PlayerControl* control = players.MoverOf(body.def->id); control != nullptr) {
-      acceleration += Vec3d(control->next.force_n) / body.def->mass_kg;
-    }
   }
+  ForEachMoved(bodies, players, [&](std::size_t i, const PlayerControl& control) {
+    const OwnedBody& body = bodies.owned()[i];
+    if (!body.state.asleep) forces_[i].acceleration_m_s2 += Vec3d(control.next.force_n) / body.def->mass_kg;
+  });
   const auto rate = static_cast<float>(1 / tick_s_);
   for (const KeptRecord* record : records.Acting()) {
     const std::ptrdiff_t index = bodies.IndexOf(record->body);
@@ -40,18 +58,12 @@ std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Re
 
 void BodyForces::Apply(const RegionPlayers& players, const RecordTable& records, Bodies& bodies) {
   fields_.Align(bodies);
-  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
-    const OwnedBody& body = bodies.owned()[i];
-    const BodyId id = body.def->id;
-    const PlayerControl* const control = players.MoverOf(id);
-    if (scene_.fields.empty() && control == nullptr) continue;
-    Vec3f force, torque;
-    if (control != nullptr) {
-      force = control->next.force_n;
-      torque = control->next.torque_nm;
-    }
-    if (!scene_.fields.empty() && !body.state.asleep) force += Vec3f(FieldOn(i, body.state) * body.def->mass_kg);
-    bodies.ApplyForce(id, force, torque);
+  if (scene_.fields.empty()) {
+    ForEachMoved(bodies, players, [&](std::size_t i, const PlayerControl& control) {
+      bodies.ApplyForce(bodies.owned()[i].def->id, control.next.force_n, control.next.torque_nm);
+    });
+  } else {
+    ApplyFields(players, bodies);
   }
   const auto per_tick = static_cast<float>(1 / tick_s_);
   for (const KeptRecord* record : records.Acting()) {
@@ -60,6 +72,20 @@ void BodyForces::Apply(const RegionPlayers& players, const RecordTable& records,
     bodies.ApplyForce(record->body, record->game.NextForce(per_tick), record->game.NextTorque(per_tick));
   }
   ApplyToGhosts(bodies);
+}
+
+void BodyForces::ApplyFields(const RegionPlayers& players, Bodies& bodies) {
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    const BodyId id = body.def->id;
+    Vec3f force, torque;
+    if (const PlayerControl* control = players.MoverOf(id); control != nullptr) {
+      force = control->next.force_n;
+      torque = control->next.torque_nm;
+    }
+    if (!body.state.asleep) force += Vec3f(FieldOn(i, body.state) * body.def->mass_kg);
+    bodies.ApplyForce(id, force, torque);
+  }
 }
 
 void BodyForces::ApplyToGhosts(Bodies& bodies) const {

@@ -39,6 +39,8 @@ class BodyForces {
     bool known = false;
   };
   Vec3d FieldOn(std::size_t index, const BodyState& state);
+  // Pushes owned bodies by the scene's fields and by players' inputs.
+  void ApplyFields(const RegionPlayers& players, Bodies& bodies);
   void ApplyToGhosts(Bodies& bodies) const;
 
   const Scene& scene_;

@@ -49,6 +49,40 @@ TEST_F(ForcesTest, APlayersInputActsThroughItsMass) {
   EXPECT_NEAR(On(0).x, 4 / world.catalog.MassOf(PlayerBodyId(player)), 1e-12);
 }
 
+// Without fields nobody but those whom players move is looked at.
+TEST(ForcesWithoutFieldsTest, InputsPushOwnBodiesAndThoseThatPlayersMove) {
+  Scene scene = Balls({{-5, 0, 5}, {-5, 0, -5}});
+  AllowPlayers(scene);
+  SmallWorld world(std::move(scene));
+  world.Own(1);
+  world.Own(2);
+  const PlayerNumber player(1);
+  const BodyId own = PlayerBodyId(player);
+  world.bodies.Own(own, Epoch(1), world.catalog.MakePlayer(player).initial);
+  world.bodies.NotePlaces();
+  RegionPlayers players;
+  PlayerControl control;
+  control.next.force_n = {4, 0, 0};
+  players.Adopt(player, control);
+  RecordTable records;
+  BodyForces forces{*world.scene, SmallWorld::kTick_s};
+  for (const BodyId moved : {own, BodyId(2)}) {
+    if (moved != own) players.SetDriven({{own, moved}});
+    const std::span<const physics::Forces> found = forces.Find(world.bodies, players, records);
+    std::vector<Vec3f> before;
+    for (const OwnedBody& body : world.bodies.owned()) before.push_back(body.state.linear_velocity);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      EXPECT_EQ(found[i].acceleration_m_s2.x > 0, world.bodies.owned()[i].def->id == moved) << i;
+    }
+    forces.Apply(players, records, world.bodies);
+    world.Step();
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const OwnedBody& body = world.bodies.owned()[i];
+      EXPECT_EQ(body.state.linear_velocity.x > before[i].x, body.def->id == moved) << i;
+    }
+  }
+}
+
 TEST_F(ForcesTest, AFieldIsEvaluatedOnceForEachState) {
   world.Own(1);
   EXPECT_EQ(On(0).x, 3);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/region/cell_finder.h"
+
 namespace tessera::region {
 
 std::optional<RegionId> HandoverTarget(const PartitionMap& map, RegionId self, std::span<const RegionId> neighbors,
@@ -56,13 +58,18 @@ void AddRiders(const Bodies& bodies, std::span<const Driven> driven, std::vector
 
 std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborhood& neighborhood,
                                            const RegionSettings& settings, absl::FunctionRef<bool(RegionId)> may_grant,
-                                           std::span<const Summons> summoned, std::span<const Driven> driven) {
+                                           std::span<const Summons> summoned, std::span<const Driven> driven,
+                                           bool inland) {
   std::vector<PlannedHandover> plan;
   if (neighborhood.size() == 0) return plan;
   std::size_t planned = 0;
-  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+  CellFinder cells(neighborhood.map());
+  const std::size_t movable = inland && summoned.empty() ? 0 : bodies.owned().size();
+  for (std::size_t i = 0; i < movable; ++i) {
     if (planned >= settings.max_grants_per_tick) break;
     const OwnedBody& body = bodies.owned()[i];
+    // At home, and nobody calls: as HandoverTarget would find.
+    if (summoned.empty() && cells.At(body.state.position).owner == neighborhood.self()) continue;
     const bool jointed = bodies.AssemblyOf(body.def->id).size() > 1;
     if (jointed && bodies.OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
     if (std::ranges::binary_search(driven, body.def->id, {}, &Driven::own)) continue;

@@ -39,10 +39,12 @@ struct Summons {
 // Assemblies that are to change hands after this step, ascending by their lowest bodies. No more than
 // max_grants_per_tick bodies, but an assembly goes whole. `may_grant` says whether the next frame to a neighbour will
 // be sent; a body whose target gets none stays for now. Those of `summoned`, ascending by body, go where they are
-// called. Who moves another body goes with it: `driven`, ascending by the players' own bodies.
+// called. Who moves another body goes with it: `driven`, ascending by the players' own bodies. `inland`: every owned
+// body is in a cell of this region's.
 std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborhood& neighborhood,
                                            const RegionSettings& settings, absl::FunctionRef<bool(RegionId)> may_grant,
-                                           std::span<const Summons> summoned = {}, std::span<const Driven> driven = {});
+                                           std::span<const Summons> summoned = {}, std::span<const Driven> driven = {},
+                                           bool inland = false);
 
 // Bodies and kept copies of grants that are too far outside this region's cells to be seen by those that they could
 // touch, given a settled map. A body that crosses a border fast is that far out for a tick or two in any map, and does

@@ -72,8 +72,10 @@ void ImpulseExchange::Forget(BodyId id) {
 }
 
 ImpulseExchange::Settlement ImpulseExchange::Settle(const Inputs& in) {
-  due_.assign(in.bodies.places(), std::nullopt);
   Settlement settlement;
+  const auto says = [](const BorderFrame& frame) { return !frame.impulses.empty() || !frame.late_corrections.empty(); };
+  if (border_.empty() && owed_.empty() && std::ranges::none_of(in.frames, says)) return settlement;
+  due_.assign(in.bodies.places(), std::nullopt);
   TakeLateCorrections(in, settlement);
   const std::vector<Solution> solutions = GatherSolutions(in);
   for (auto first = solutions.begin(); first != solutions.end();) {

@@ -25,10 +25,15 @@ std::uint32_t LookaheadPromise::For(RegionId to, const BorderFrame& frame) {
     return ghost.state.asleep && !pushed && !IsPlayerBody(ghost.id);
   };
   if (!std::ranges::all_of(frame.ghosts, sleeps)) return 0;
+  if (in_.inland) return frame.ghosts.empty() || !AnyAwake() ? ticks : 0;
   if (!unrest_.has_value()) unrest_ = FindUnrest();
   if (!frame.ghosts.empty()) return unrest_->any ? 0 : ticks;
   const auto disturbs = [&](const Aabb& place) { return in_.neighborhood.map().Reaches(to, place); };
   return std::ranges::any_of(unrest_->places, disturbs) ? 0 : ticks;
+}
+
+bool LookaheadPromise::AnyAwake() const {
+  return std::ranges::any_of(in_.bodies.owned(), [](const OwnedBody& body) { return !body.state.asleep; });
 }
 
 LookaheadPromise::Unrest LookaheadPromise::FindUnrest() const {

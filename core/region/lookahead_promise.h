@@ -33,6 +33,7 @@ class LookaheadPromise {
     // Another map is announced, a game waits for neighbours to listen, or something is to leave soon: nothing is
     // promised.
     bool restless;
+    bool inland = false;  // AllInland holds, and nothing may be steered; `forces` is not looked at then
   };
   explicit LookaheadPromise(const Inputs& inputs) : in_(inputs) {}
 
@@ -44,6 +45,7 @@ class LookaheadPromise {
     bool any = false;          // anything is awake, or may be steered
     std::vector<Aabb> places;  // where such a body may come to be, if it may leave this region's cell
   };
+  bool AnyAwake() const;
   Unrest FindUnrest() const;
   void AddUnrest(BodyId id, const BodyState& state, double radius_m, double acceleration_m_s2, Unrest& unrest) const;
 

@@ -123,6 +123,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.messages.Restart();
   parts.blasts.Restart();
   parts.questions.Restart();
+  FindInland(parts);
   FindRelevant(parts);
   parts.grants_in.Release(parts.log.standby_has());
   result.frames = MakeFrames(parts);

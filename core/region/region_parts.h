@@ -68,6 +68,7 @@ struct RegionParts {
   BorderLoads loads;
   BodyForces forces;
   Relevance relevance;
+  bool inland = false;  // nothing here can concern a neighbour soon; written by FindInland
   TickLog log;
   MessageRelay messages;  // changes records and, where a removed body is done, what is owned
 };

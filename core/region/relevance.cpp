@@ -4,6 +4,8 @@
 #include <cassert>
 #include <utility>
 
+#include "core/region/cell_finder.h"
+
 namespace tessera::region {
 
 Relevance::Relevance(const Catalog& catalog, const RegionSettings& settings, double tick_s)
@@ -17,7 +19,7 @@ void Relevance::Update(const Inputs& in) {
   still_ticks_.Align(in.bodies);
   table_.Reset(in.bodies.owned().size(), in.neighborhood.size());
   if (in.neighborhood.size() == 0) return islands_.Mark(in.bodies, in.neighborhood, table_);
-  MarkSwept(in);
+  if (!in.inland) MarkSwept(in);
   if (!in.bodies.stepped()) MarkFirst(in);
   MarkNearOthers(in);
   MarkDeeper(in);
@@ -33,6 +35,7 @@ void Relevance::Update(const Inputs& in) {
 // A body so far inside its cell that it cannot leave it in time is passed over without predicting its bounds.
 void Relevance::MarkSwept(const Inputs& in) {
   const PartitionMap& map = in.neighborhood.map();
+  CellFinder cells(map);
   for (std::size_t i = 0; i < in.bodies.owned().size(); ++i) {
     const BodyState& state = in.bodies.owned()[i].state;
     const physics::Forces& forces = in.forces[i];
@@ -43,11 +46,8 @@ void Relevance::MarkSwept(const Inputs& in) {
       far += Length(Vec3d(state.linear_velocity)) * horizon_s +
              0.5 * Length(forces.acceleration_m_s2) * horizon_s * horizon_s;
     }
-    const Vec3d p = state.position;
-    const Cell& cell = map.CellAt(p.x, p.z);
-    const Rect& area = cell.area;
-    const double inside = std::min({p.x - area.min_x, area.max_x - p.x, p.z - area.min_z, area.max_z - p.z});
-    if (cell.owner == in.neighborhood.self() && inside > far) continue;
+    const Cell& cell = cells.At(state.position);
+    if (cell.owner == in.neighborhood.self() && InsideOf(cell, state.position) > far) continue;
     const BodyDef& def = *in.bodies.owned()[i].def;
     const Aabb box = physics::SweptBounds(def, state, forces, radius_m, horizon_s).Expanded(aura_m_);
     for (std::size_t n = 0; n < in.neighborhood.size(); ++n) {
@@ -131,6 +131,7 @@ void Relevance::MarkSleepers(const Inputs& in) {
 }
 
 void Relevance::CountStill(const Bodies& bodies) {
+  if (!table_.Any()) return std::fill(still_ticks_.begin(), still_ticks_.end(), std::uint8_t{0});
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const auto moves = [&, &state = bodies.owned()[i].state] {
       const float rim_m_s = Length(state.angular_velocity) * static_cast<float>(bodies.radius_m(i));
@@ -142,7 +143,7 @@ void Relevance::CountStill(const Bodies& bodies) {
 }
 
 void Relevance::MarkAssemblies(const Bodies& bodies) {
-  if (!bodies.has_joints()) return;
+  if (!bodies.has_joints() || !table_.Any()) return;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     if (bodies.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
     const std::vector<std::size_t> members = bodies.OwnedAssembly(i);

@@ -33,10 +33,11 @@ class Relevance {
   struct Inputs {
     const Bodies& bodies;
     const Neighborhood& neighborhood;
-    std::span<const physics::Forces> forces;  // by owned body; unused without neighbours
+    std::span<const physics::Forces> forces;  // by owned body; unused without neighbours, or inland
     std::span<const DepartingBody> departing;
     std::span<const std::span<const GhostRecord>> sent;  // by neighbour, in its last frame
     std::span<const BodyId> hidden = {};                 // owned ones that take no part and that nobody is to see
+    bool inland = false;                                 // AllInland holds: no body reaches a neighbour's cells
   };
 
   // `catalog` must outlive it.

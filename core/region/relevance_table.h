@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -35,7 +36,7 @@ class RelevanceTable {
     return std::equal(row.begin(), row.end(), Row(b).begin());
   }
   // Whether anything is relevant to anyone.
-  bool Any() const { return std::find(bits_.begin(), bits_.end(), 1) != bits_.end(); }
+  bool Any() const { return !bits_.empty() && std::memchr(bits_.data(), 1, bits_.size()) != nullptr; }
   // A neighbour that one of these bodies is relevant to needs all of them.
   void Unite(std::span<const std::size_t> bodies) {
     for (std::size_t n = 0; n < neighbors_; ++n) {

@@ -226,8 +226,8 @@ void DecideHandovers(RegionParts& parts) {
   const auto may_grant = [&](RegionId to) { return parts.borders.Speaks(to); };
   std::vector<PreparedGrant> grants;
   const std::vector<Summons> summoned = FindSummoned(parts.records, parts.bodies);
-  for (const PlannedHandover& planned :
-       PlanHandovers(parts.bodies, parts.neighborhood, parts.settings, may_grant, summoned, parts.players.driven())) {
+  for (const PlannedHandover& planned : PlanHandovers(parts.bodies, parts.neighborhood, parts.settings, may_grant,
+                                                      summoned, parts.players.driven(), parts.inland)) {
     std::vector<BodyId> assembly;
     for (const std::size_t index : planned.assembly) assembly.push_back(parts.bodies.EntityAt(index).def->id);
     if (parts.output.MustWait(assembly, parts.tick)) continue;
@@ -241,8 +241,9 @@ void DecideHandovers(RegionParts& parts) {
 // Keeps the contacts near borders, whose impulses and loads the frames report.
 void NoteContacts(RegionParts& parts) {
   if (parts.neighborhood.size() == 0) return parts.exchange.Clear();
-  const auto near = [&](std::size_t i) { return parts.relevance.table().ToAny(i); };
-  const std::span<const physics::PairImpulse> contacts = parts.bodies.ImpulsesNearBorders(near);
+  const RelevanceTable& table = parts.relevance.table();
+  const auto near = [&](std::size_t i) { return table.ToAny(i); };
+  const std::span<const physics::PairImpulse> contacts = parts.bodies.ImpulsesNearBorders(near, table.Any());
   parts.loads.Note(contacts);
   parts.exchange.Note(contacts, parts.bodies, parts.borders.LinksUp());
 }
@@ -282,6 +283,7 @@ StepResult Region::Step(const PhaseObserver& observer) {
   AdoptMapIfDue(parts);
   parts.messages.Send(parts.tick, parts.log.standby_has());
   SendBlasts(parts);
+  FindInland(parts);
   DecideHandovers(parts);
   FindRelevant(parts);
 

@@ -1,6 +1,7 @@
 #include "core/region/tick_end.h"
 
 #include "core/region/game_motion.h"
+#include "core/region/inland.h"
 #include "core/region/lookahead_promise.h"
 
 namespace tessera::region {
@@ -68,6 +69,15 @@ void RepeatLost(std::size_t neighbor, RegionParts& parts) {
 
 }  // namespace
 
+// Ghosts, players, fields and games are too much for so quick a look.
+void FindInland(RegionParts& parts) {
+  parts.inland = false;
+  if (parts.neighborhood.size() == 0 || !parts.bodies.stepped() || !parts.bodies.ghosts().empty()) return;
+  const bool steered = !PlayersAmong(parts.bodies.owned()).empty() || !parts.players.driven().empty();
+  if (steered || !parts.scene().fields.empty() || parts.records.AnyActs()) return;
+  parts.inland = AllInland(parts.bodies, parts.neighborhood, parts.settings, parts.scene().gravity_m_s2, parts.tick_s);
+}
+
 void SendBlasts(RegionParts& parts) {
   parts.blasts.Send(parts.tick, parts.log.standby_has(), parts.neighborhood, parts.borders, parts.outgoing);
 }
@@ -76,12 +86,13 @@ void FindRelevant(RegionParts& parts) {
   const bool alone = parts.neighborhood.size() == 0;
   parts.forces.StatesChanged();
   if (!alone) parts.bodies.NotePlaces();
+  if (!parts.grants_out.departing().empty()) parts.inland = false;
   std::span<const physics::Forces> forces;
-  if (!alone) forces = parts.forces.Find(parts.bodies, parts.players, parts.records);
+  if (!alone && !parts.inland) forces = parts.forces.Find(parts.bodies, parts.players, parts.records);
   std::vector<std::span<const GhostRecord>> sent;
   for (std::size_t n = 0; n < parts.neighborhood.size(); ++n) sent.push_back(parts.borders.sent(n));
-  parts.relevance.Update(
-      {parts.bodies, parts.neighborhood, forces, parts.grants_out.departing(), sent, parts.records.hidden()});
+  parts.relevance.Update({parts.bodies, parts.neighborhood, forces, parts.grants_out.departing(), sent,
+                          parts.records.hidden(), parts.inland});
 }
 
 std::vector<OutgoingFrame> MakeFrames(RegionParts& parts) {
@@ -90,7 +101,8 @@ std::vector<OutgoingFrame> MakeFrames(RegionParts& parts) {
                             parts.tick_s,
                             parts.map_change.map() != nullptr || AnyoneWaits(parts) || parts.messages.waits() ||
                                 parts.shared.waits() || parts.blasts.waits() || !parts.players.driven().empty() ||
-                                !parts.records.limited().empty() || parts.game.movement() != nullptr});
+                                !parts.records.limited().empty() || parts.game.movement() != nullptr,
+                            parts.inland});
   for (std::size_t n = 0; n < parts.neighborhood.size(); ++n) {
     const RegionId to = parts.neighborhood[n];
     const BorderLink::Duty duty = parts.borders.DutyNow(n, parts.tick);

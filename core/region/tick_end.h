@@ -7,6 +7,9 @@
 
 namespace tessera::region {
 
+// Finds whether nothing here can concern a neighbour soon: before handovers are decided on.
+void FindInland(RegionParts& parts);
+
 // Finds what acts on the bodies in the next step, and which of them each neighbour must have as ghosts.
 void FindRelevant(RegionParts& parts);
 
