@@ -37,6 +37,20 @@ void Measure(LeanPair& pair, int units, Ratios& ratios) {
   }
 }
 
+// Where a profiler that is to count this work alone begins and ends (docs/measuring.md).
+__attribute__((noinline)) void RunLeanUnits(const WorkUnit& unit, int units) {
+  for (int i = 0; i < units; ++i) unit();
+}
+
+// Runs one side of a pair as often as it is measured in a round.
+void RunPart(const LeanLine& line, const std::string& part, int units) {
+  const LeanPair pair = line.make();
+  const WorkUnit& unit = part == "with" ? pair.with : part == "without" ? pair.without : pair.needed;
+  if (!unit) return;
+  for (int i = 0; i < kWarmUp; ++i) unit();
+  RunLeanUnits(unit, units);
+}
+
 // Standard error of a median: 1.25 standard deviations over the root of the count, the deviation from the middle 68 %.
 double ErrorOfMedian(const std::vector<double>& values) {
   const double deviation = (Quantile(values, 0.841) - Quantile(values, 0.159)) / 2;
@@ -51,6 +65,10 @@ absl::Status RunLean(const SuiteOptions& options, Report& report) {
   for (LeanLine& line : RegionLines()) lines.push_back(std::move(line));
   for (const LeanLine& line : lines) {
     if (line.name.find(options.only) == std::string::npos) continue;
+    if (!options.part.empty()) {
+      RunPart(line, options.part, effort.units);
+      continue;
+    }
     Ratios ratios;
     for (int round = 0; round < effort.rounds; ++round) {
       LeanPair pair = line.make();

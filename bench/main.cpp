@@ -109,6 +109,10 @@ int Main(int argc, char** argv) {
     command->add_option("--csv", options.csv, "Also write the figures to this file");
     command->add_flag("--quick", options.quick, "Smaller and shorter: a look, not a measurement");
     command->add_option("--only", options.only, "Run only scenes whose names contain this");
+    if (suite.run == RunLean) {
+      command->add_option("--part", options.part, "Measure nothing: run one side of each pair alone, for a profiler")
+          ->check(CLI::IsMember({"without", "with", "needed"}));
+    }
     if (suite.run == RunFailover) {
       command->add_option("--runs", options.runs, "How often each fault strikes, if not 20 times (--quick: twice)");
     }
