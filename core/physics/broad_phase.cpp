@@ -89,7 +89,7 @@ bool BroadPhase::Predict(RigidBody& body, double dt_s) const {
 void BroadPhase::Predict(std::span<RigidBody* const> awake, double dt_s, std::span<RigidBody* const> moving) {
   outgrown_.resize(awake.size());
   before_.resize(awake.size());
-  team_.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+  team_.For(awake.size(), kChunkBodies, [this, awake, dt_s](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       RigidBody& body = *awake[i];
       body.PrepareDamping(dt_s);

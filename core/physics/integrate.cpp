@@ -15,7 +15,7 @@ bool IsFinite(const BodyMotion& motion) {
 
 bool AreFinite(std::span<const BodyMotion> motions, ThreadTeam& team) {
   std::atomic<bool> finite = true;
-  team.For(motions.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+  team.For(motions.size(), kChunkBodies, [motions, &finite](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!IsFinite(motions[i])) finite.store(false, std::memory_order_relaxed);
     }
@@ -49,7 +49,7 @@ BodyMotion FreeFlightOf(const RigidBody& body, double dt_s) {
 
 void FlyFree(std::span<RigidBody* const> awake, const Islands& islands, std::span<const IslandPlan> plans, double dt_s,
              std::span<BodyMotion> motions, ThreadTeam& team) {
-  team.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+  team.For(awake.size(), kChunkBodies, [awake, plans, motions, dt_s, &islands](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t island = islands.IndexOf(static_cast<std::uint32_t>(i));
       if (!plans[island].solved) motions[i] = FreeFlightOf(*awake[i], dt_s);
@@ -66,7 +66,7 @@ void Integrator::Run(std::span<RigidBody* const> awake, const Islands& islands, 
       if (!IsFinite(motions[i])) failed_[islands.IndexOf(i)] = 1;
     }
   }
-  team_.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+  team_.For(awake.size(), kChunkBodies, [this, awake, motions, &islands](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       RigidBody& body = *awake[i];
       body.force_n = body.torque_nm = {};

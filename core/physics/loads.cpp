@@ -66,9 +66,9 @@ Loads::Pull Loads::PullOf(Vec3d gravity_m_s2, double dt_s) {
 void Loads::WeighBodies(const LoadInput& in) {
   weights_.resize(in.awake.size());
   shares_.resize(in.awake.size());
-  team_.For(in.awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+  team_.For(in.awake.size(), kChunkBodies, [this, awake = in.awake](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const RigidBody& body = *in.awake[i];
+      const RigidBody& body = *awake[i];
       const double mass = body.mass_kg();
       weights_[i] = {body.id(), body.support.external, mass, mass, mass, Dot(body.placement().position, pull_.up)};
       shares_[i] = {body.load.substeps, body.load.island_load, body.support.island_load,

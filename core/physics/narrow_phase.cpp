@@ -139,7 +139,7 @@ void NarrowPhase::Run(double dt_s, PairTable& pairs, Waking& waking) {
   findings_.resize(count);
   if (listings_.size() < count) listings_.resize(count);
   pairs.Walk(
-      team_, [&](std::size_t i, Pair& pair) { findings_[i] = Examine(pair, dt_s, &listings_[i]); },
+      team_, [this, dt_s](std::size_t i, Pair& pair) { findings_[i] = Examine(pair, dt_s, &listings_[i]); },
       [&](std::size_t i, Pair& pair) {
         if (findings_[i].contact) contacts_.push_back(listings_[i]);
         Settle(pair, findings_[i], pairs);

@@ -123,7 +123,7 @@ void PairTable::Walk(ThreadTeam& team, Examine examine, Settle settle) {
   constexpr std::size_t kChunkPairs = 64;
   const std::size_t count = SortIn();
   due_.resize(count);
-  team.For(count, kChunkPairs, [&](std::size_t begin, std::size_t end) {
+  team.For(count, kChunkPairs, [this, examine](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Await(i);
       Pair& pair = *active_[i].pair;

@@ -121,7 +121,7 @@ void Report::Run(const StepOutcome& outcome, PairTable& pairs) {
 void Report::NoteContacts(std::span<const ActiveContact> contacts, absl::FunctionRef<bool(Pair*)> crossed) {
   for (std::vector<PairEvent>& events : noted_) events.clear();
   noted_.resize(std::max(noted_.size(), contacts.size() / kChunkReported + 1));
-  team_.For(contacts.size(), kChunkReported, [&](std::size_t begin, std::size_t end) {
+  team_.For(contacts.size(), kChunkReported, [this, contacts, crossed](std::size_t begin, std::size_t end) {
     constexpr std::size_t kAhead = 8;
     for (std::size_t i = begin; i < end; ++i) {
       if (i + kAhead < end) Prefetch(contacts[i + kAhead].pair, kPairBytes);

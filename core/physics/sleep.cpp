@@ -9,7 +9,7 @@ void SleepPass::Run(double dt_s, const Islands& islands, BodyStore& bodies, std:
   for (const std::uint32_t index : restless) restless_[islands.IndexOf(index)] = 1;
   const std::span<RigidBody* const> awake = bodies.awake();
   stirring_.resize(awake.size());
-  team_->For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+  team_->For(awake.size(), kChunkBodies, [this, awake, dt_s](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       RigidBody& body = *awake[i];
       const BodyState& state = body.state();

@@ -85,7 +85,7 @@ BodyMotion SolvePass::MotionOf(const RigidBody& body, const SolverBody& out, con
 void SolvePass::ReadBack(const SolveInput& in, std::span<BodyMotion> motions) {
   for (const IslandBatch& batch : batches_.batches()) {
     if (batch.unanchored) SumGains(in, batch);
-    team_.For(batch.sources.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    team_.For(batch.sources.size(), kChunkBodies, [this, motions, &in, &batch](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const RigidBody& body = *batch.sources[i];
         const bool unanchored = batch.unanchored && in.plans[in.islands.IndexOf(body.awake_index)].unanchored;

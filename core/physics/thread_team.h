@@ -44,28 +44,37 @@ class ThreadTeam {
 
   std::size_t size() const { return threads_.size() + 1; }
   // Number of the thread that has the chunk of this index in its share. No two threads work on one share at a time.
-  std::size_t ThreadOf(std::size_t index, std::size_t chunk) const { return index / chunk % size(); }
+  std::size_t ThreadOf(std::size_t index, std::size_t chunk) const {
+    return threads_.empty() ? 0 : index / chunk % size();
+  }
 
   // No loop follows for a while: the others may sleep.
   void Dismiss() { gathered_.store(false, std::memory_order_relaxed); }
+
+  // Whether such a loop is a plain call.
+  bool IsPlain(std::size_t count, std::size_t chunk) const { return threads_.empty() || count <= chunk; }
 
   // Calls `work(begin, end)` for ranges that cover 0 to `count`, each of one chunk or, by one thread, of all. Returns
   // when all are done, and what they wrote is there for the caller.
   template <class Work>
   void For(std::size_t count, std::size_t chunk, Work&& work) {
     if (count == 0) return;
-    if (threads_.empty() || count <= chunk) {
-      work(std::size_t{0}, count);
+    if (IsPlain(count, chunk)) {
+      Every(work, 0, count, count, count);
     } else {
-      Share([&](std::size_t thread) {
-        for (std::size_t begin = thread * chunk; begin < count; begin += chunk * size()) {
-          work(begin, begin + chunk < count ? begin + chunk : count);
-        }
-      });
+      Share([&](std::size_t thread) { Every(work, thread * chunk, count, chunk, chunk * size()); });
     }
   }
 
  private:
+  // Works on each `stride`th chunk from `begin` on. The one place that calls `work`, so that this is compiled into the
+  // loop; and on a copy, so that what a loop has captured by value stays in registers.
+  template <class Work>
+  [[gnu::noinline]] static void Every(Work work, std::size_t begin, std::size_t count, std::size_t chunk,
+                                      std::size_t stride) {
+    for (; begin < count; begin += stride) work(begin, begin + chunk < count ? begin + chunk : count);
+  }
+
   using Loop = absl::FunctionRef<void(std::size_t thread)>;
   // The share that a thread has in a loop: the number of the round if it is there to be done, one more if somebody has
   // taken it. Each has a cache line, because leader and thread write it in turns.

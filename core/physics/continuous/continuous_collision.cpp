@@ -76,7 +76,7 @@ void ContinuousCollision::Run(const ContinuousInput& in, BroadPhase& broad_phase
 void ContinuousCollision::FindCandidates(const ContinuousInput& in, std::span<const BodyMotion> motions) {
   deflected_.resize(in.awake.size());
   suspect_.resize(in.awake.size());
-  team_.For(in.awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+  team_.For(in.awake.size(), kChunkBodies, [this, in, motions](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const RigidBody& body = *in.awake[i];
       const BodyMotion& motion = motions[i];

@@ -313,14 +313,15 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
       std::fill_n(last->head.b, kLanes, world);
     });
   }
-  team.For(contacts.size(), kChunkContacts, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold);
-      const ContactPlace& place = places_[i];
-      const Softness& give = contacts[i].bears ? rigid : softness;
-      Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody + place.thread, give, block); });
-    }
-  });
+  team.For(
+      contacts.size(), kChunkContacts, [this, contacts, nobody, softness, rigid](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold);
+          const ContactPlace& place = places_[i];
+          const Softness& give = contacts[i].bears ? rigid : softness;
+          Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody + place.thread, give, block); });
+        }
+      });
 }
 
 // Several threads may store contacts of one body at once; their corrections are applied after, in the order of

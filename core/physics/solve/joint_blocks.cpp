@@ -155,8 +155,9 @@ struct PackedMass {
   float inverse_root;
 };
 
-void MakeRow(const Row& row, const Stance& stance, const PackedMass& a, const PackedMass& b, float h, float bias_rate,
-             JointRow& out) {
+// Makes a row, and returns the square of its vectors.
+float MakeRow(const Row& row, const Stance& stance, const PackedMass& a, const PackedMass& b, float h, float bias_rate,
+              JointRow& out) {
   const PackedVector start_linear = PackedVector::Load(row.linear);
   // The row's angular part beyond the motion of the joint's point.
   const PackedVector extra_a = stance.axes(PackedVector::Load(row.angular_a) - Cross(stance.start_arm_a, start_linear));
@@ -185,18 +186,19 @@ void MakeRow(const Row& row, const Stance& stance, const PackedMass& a, const Pa
   const float square = Product(out, out);
   out.mass = square > 0 ? 1 / square : 0;
   if (row.kind == RowKind::kSpring) MakeSpring(row, h, out);
+  return square;
 }
 
-// Makes one more step of Gram and Schmidt. Returns false if the row adds nothing to those before it.
-bool Orthonormalize(JointBlock& block, JointRow& row) {
-  const float square = Product(row, row);
+// Makes one more step of Gram and Schmidt. `square` is that of the row's vectors. Returns false if the row adds nothing
+// to those before it.
+bool Orthonormalize(JointBlock& block, JointRow& row, float square) {
   auto& lower = block.lower[At(block.locked)];
   for (int j = 0; j < block.locked; ++j) {
     const JointRow& other = block.rows[At(j)];
     lower[At(j)] = Product(row, other);
     Subtract(row, lower[At(j)], other);
   }
-  const float left = Product(row, row);
+  const float left = block.locked == 0 ? square : Product(row, row);
   if (!(left > kImplied * square)) return false;
   const float length = std::sqrt(left);
   lower[At(block.locked)] = length;
@@ -217,13 +219,13 @@ void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, floa
   for (int i = 0; i < rows.count; ++i) {
     const Row& from = rows.rows[At(i)];
     JointRow& row = block.rows[At(block.count)];  // the next row takes its place unless it is kept
-    MakeRow(from, stance, mass_a, mass_b, h, bias_rate, row);
+    const float square = MakeRow(from, stance, mass_a, mass_b, h, bias_rate, row);
     row.origin = static_cast<std::uint8_t>(i);
     row.impulse = block.impulses[At(i)];
     if (from.kind == RowKind::kLocked) {
       block.gap_m = std::max(block.gap_m, std::abs(row.error));
       assert(block.locked == block.count);  // locked rows come first
-      if (block.locked == kLockedRows || !Orthonormalize(block, row)) continue;
+      if (block.locked == kLockedRows || !Orthonormalize(block, row, square)) continue;
       ++block.locked;
     } else if (!(row.mass > 0)) {
       continue;

@@ -120,6 +120,12 @@ void Solver::Impl::Drift() {
 }
 
 void Solver::Impl::Run(ContactKernel ContactKernels::*kernel, const ContactStage& stage) {
+  if (team.IsPlain(stage.blocks, kChunkBlocks)) {
+    for (const ContactRun& run : contacts.RunsOf(stage)) {
+      (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run), run.blocks, {states.data(), masses.data()}, step);
+    }
+    return;
+  }
   team.For(stage.blocks, kChunkBlocks, [&](std::size_t begin, std::size_t end) {
     for (const ContactRun& run : contacts.RunsOf(stage)) {
       const std::size_t first = std::max<std::size_t>(begin, run.before);
