@@ -105,6 +105,7 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"tessera swarm inst-7 --players 20 --ticket", kTickets},
     {"tessera context add", "needs a cluster that is reached by TLS; end_to_end_trust_test has one"},
     {"prometheus --config.file=", "runs until it is stopped; deploy_prometheus_config checks the file"},
+    {"valgrind --tool=callgrind", kTakesLong},
     {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},
 });
 
