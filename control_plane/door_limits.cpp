@@ -21,6 +21,11 @@ std::string AddressOf(const std::string& peer) { return peer.substr(0, peer.rfin
 
 }  // namespace
 
+std::size_t RequestLimit(std::string_view method) {
+  if (method == "InstanceService/CreateInstance") return kMaxMessageBytes;
+  return method == "InstanceService/SetGame" ? kGameRequestBytes : kRequestBytes;
+}
+
 void SetDoorLimits(grpc::ServerBuilder& builder, Door door) {
   builder.SetMaxReceiveMessageSize(door == Door::kPlayers ? kPlayersMessageBytes : kMaxMessageBytes);
   builder.SetMaxSendMessageSize(kMaxMessageBytes);

@@ -44,6 +44,12 @@ inline constexpr int kPlayersThreads = 256;
 // gateways share a token. Imports keep up to 512 MB each.
 inline constexpr int kCallsOfACaller = 256, kCallsOfAnAddress = 64, kImportsOfACaller = 2;
 
+// A request has at most so many bytes, measured before it is parsed (bounded_service.h): most bring names, ids,
+// properties and reasons, one a game of 1 MiB at most. One that brings a scene has the door's limit.
+inline constexpr std::size_t kRequestBytes = std::size_t{256} << 10, kGameRequestBytes = std::size_t{2} << 20;
+
+// `method`: "InstanceService/CreateInstance". One that is not known is small.
+std::size_t RequestLimit(std::string_view method);
 void SetDoorLimits(grpc::ServerBuilder& builder, Door door);
 
 // Counts calls under way by caller; remembers nobody who has none.

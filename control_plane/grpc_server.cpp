@@ -3,13 +3,16 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <deque>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/bounded_service.h"
 #include "control_plane/doors.h"
 #include "control_plane/services/access_service.h"
 #include "control_plane/services/agent_link_service.h"
@@ -17,6 +20,8 @@
 #include "control_plane/services/instance_service.h"
 #include "control_plane/services/session_service.h"
 #include "host/socket_address.h"
+#include "telemetry/log_throttle.h"
+#include "telemetry/log_value.h"
 
 namespace tessera::control {
 namespace {
@@ -32,12 +37,30 @@ struct DoorServer {
         hosts(plane, metrics, door, authority),
         instances(plane, metrics, door, authority),
         sessions(plane, metrics, door, authority),
-        agents(plane, metrics, door, authority) {}
+        agents(plane, metrics, door, authority) {
+    const auto log = [this, door, &plane](const grpc::ServerContext& context, const std::string& method,
+                                          const grpc::Status& status) {
+      const auto left_out = refusals.Take(telemetry::LogThrottle::Clock::now());
+      if (!left_out) return;
+      spdlog::warn("refused method={} who={} from={} reason={} more={}", method, CallerOf(context, door, plane).Name(),
+                   context.peer(), telemetry::LogValue(status.error_message()), *left_out);
+    };
+    bounded.emplace_back(access, v1::AccessService::service_full_name(), log);
+    bounded.emplace_back(hosts, v1::HostService::service_full_name(), log);
+    bounded.emplace_back(instances, v1::InstanceService::service_full_name(), log);
+    bounded.emplace_back(sessions, v1::SessionService::service_full_name(), log);
+    bounded.emplace_back(agents, v1::AgentLinkService::service_full_name(), log);
+  }
+  DoorServer(const DoorServer&) = delete;
+  DoorServer& operator=(const DoorServer&) = delete;
+
   AccessServiceImpl access;
   HostServiceImpl hosts;
   InstanceFilesImpl instances;
   SessionServiceImpl sessions;
   AgentLinkServiceImpl agents;
+  telemetry::LogThrottle refusals;
+  std::deque<BoundedService> bounded;    // the same, as the server has them
   std::unique_ptr<grpc::Server> server;  // ends before what it serves
 };
 
@@ -52,10 +75,7 @@ struct GrpcServer::Impl {
     grpc::ServerBuilder builder;
     SetServerLimits(builder, door);
     builder.AddListeningPort(address, credentials, &port);
-    for (grpc::Service* service : std::initializer_list<grpc::Service*>{
-             &opened.access, &opened.hosts, &opened.instances, &opened.sessions, &opened.agents}) {
-      builder.RegisterService(service);
-    }
+    for (BoundedService& service : opened.bounded) builder.RegisterService(&service);
     opened.server = builder.BuildAndStart();
     if (!opened.server)
       return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (", name, ")"));
