@@ -2,7 +2,7 @@
 //
 // Each door is an address with credentials of its own. At those that speak TLS a Doorkeeper judges every call before
 // its method sees it: it knows the caller by a bearer token or a certificate, and asks CheckAccess. At the socket the
-// file's mode lets in whom the kernel lets open it.
+// file's mode lets in whom the kernel lets open it, but for processes that have given up rights (socket_listener.h).
 //
 // Thread rule: any thread; gRPC calls a Doorkeeper from threads of its own.
 #pragma once

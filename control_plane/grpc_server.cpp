@@ -3,10 +3,12 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/server_posix.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -19,6 +21,7 @@
 #include "control_plane/services/host_service.h"
 #include "control_plane/services/instance_service.h"
 #include "control_plane/services/session_service.h"
+#include "control_plane/socket_listener.h"
 #include "host/socket_address.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/log_value.h"
@@ -60,21 +63,22 @@ struct DoorServer {
   SessionServiceImpl sessions;
   AgentLinkServiceImpl agents;
   telemetry::LogThrottle refusals;
-  std::deque<BoundedService> bounded;    // the same, as the server has them
-  std::unique_ptr<grpc::Server> server;  // ends before what it serves
+  std::deque<BoundedService> bounded;        // the same, as the server has them
+  std::unique_ptr<grpc::Server> server;      // ends before what it serves
+  std::unique_ptr<SocketListener> listener;  // the socket's door has one; it ends before the server
 };
 
 }  // namespace
 
 struct GrpcServer::Impl {
-  // `name`: in errors.
-  absl::Status Open(Door door, const std::string& name, const std::string& address,
-                    const std::shared_ptr<grpc::ServerCredentials>& credentials, int& port) {
+  // `listen` gives the server its address, if it is to have one; `name` and `address` are for errors.
+  absl::StatusOr<DoorServer*> Open(Door door, const std::string& name, const std::string& address,
+                                   const std::function<void(grpc::ServerBuilder&)>& listen) {
     DoorServer& opened =
         *doors.emplace_back(std::make_unique<DoorServer>(door, *plane, *metrics, authority ? &*authority : nullptr));
     grpc::ServerBuilder builder;
     SetServerLimits(builder, door);
-    builder.AddListeningPort(address, credentials, &port);
+    listen(builder);
     for (BoundedService& service : opened.bounded) builder.RegisterService(&service);
     opened.server = builder.BuildAndStart();
     if (!opened.server)
@@ -84,6 +88,17 @@ struct GrpcServer::Impl {
                                 v1::AgentLinkService::service_full_name()}) {
       opened.server->GetHealthCheckService()->SetServingStatus(service, true);
     }
+    return &opened;
+  }
+  // gRPC gets connections of those alone who are let in.
+  absl::Status OpenSocket(const std::string& path) {
+    if (absl::Status status = PrepareSocket(path); !status.ok()) return status;
+    const auto opened = Open(Door::kSocket, "grpc", path, [](grpc::ServerBuilder&) {});
+    if (!opened.ok()) return opened.status();
+    grpc::Server* server = (*opened)->server.get();
+    auto listener = SocketListener::Listen(path, [server](int fd) { grpc::AddInsecureChannelFromFd(server, fd); });
+    if (!listener.ok()) return listener.status();
+    (*opened)->listener = *std::move(listener);
     return absl::OkStatus();
   }
   // The address as bound; empty: there is to be none.
@@ -96,7 +111,10 @@ struct GrpcServer::Impl {
     const auto credentials = TlsCredentials(door, *authority, *plane);
     if (!credentials.ok()) return credentials.status();
     int port = 0;
-    if (absl::Status status = Open(door, name, ToString(*address), *credentials, port); !status.ok()) return status;
+    const auto opened = Open(door, name, ToString(*address), [&](grpc::ServerBuilder& builder) {
+      builder.AddListeningPort(ToString(*address), *credentials, &port);
+    });
+    if (!opened.ok()) return opened.status();
     address->port = static_cast<std::uint16_t>(port);
     return ToString(*address);
   }
@@ -123,12 +141,8 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcDoors& d
   if (!operators.ok()) return operators.status();
   auto players = impl.OpenTcp(Door::kPlayers, "players", doors.players);
   if (!players.ok()) return players.status();
-  if (absl::Status status = PrepareSocket(doors.socket); !status.ok()) return status;
+  if (absl::Status status = impl.OpenSocket(doors.socket); !status.ok()) return status;
   result->socket_ = kSocketPrefix + doors.socket;
-  int ignored = 0;
-  absl::Status status = impl.Open(Door::kSocket, "grpc", result->socket_, grpc::InsecureServerCredentials(), ignored);
-  if (status.ok()) status = CloseToOthers(doors.socket);
-  if (!status.ok()) return status;
   result->operators_ = *std::move(operators);
   result->players_ = *std::move(players);
   return result;
@@ -138,6 +152,7 @@ GrpcServer::~GrpcServer() {
   if (!impl_) return;
   const auto deadline = std::chrono::system_clock::now() + kShutdownPatience;
   for (const auto& door : impl_->doors) {
+    door->listener.reset();
     if (!door->server) continue;
     door->server->GetHealthCheckService()->SetServingStatus(false);
     door->server->Shutdown(deadline);

@@ -3,7 +3,9 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/uio.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -35,6 +37,26 @@ std::string AgentFolder() {
   return socket.substr(0, socket.rfind('/'));
 }
 
+enum class Answer { kNoSocket, kClosed, kAnswered };
+
+// Sends the first bytes of HTTP/2 to the control plane's socket: the preface and an empty SETTINGS frame.
+Answer AnswerAt(const std::string& path) {
+  constexpr char kHello[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0";
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) return Answer::kNoSocket;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  Answer answer = Answer::kNoSocket;
+  if (fd >= 0 && connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+    char byte = 0;
+    (void)!send(fd, kHello, sizeof kHello - 1, MSG_NOSIGNAL);
+    answer = recv(fd, &byte, 1, 0) == 1 ? Answer::kAnswered : Answer::kClosed;
+  }
+  if (fd >= 0) close(fd);
+  return answer;
+}
+
 class Burglar {
  public:
   explicit Burglar(World& world) : world_(world) {}
@@ -48,6 +70,9 @@ class Burglar {
     Try("a scene of its own", Opens(folder + "/scenes/burglar.pb", O_WRONLY | O_CREAT));
     Try("the password file", Opens("/etc/passwd", O_WRONLY | O_APPEND));
     Try("a file in /tmp", Opens("/tmp/tessera-burglar", O_WRONLY | O_CREAT));
+    const Answer control = AnswerAt(folder.substr(0, folder.rfind('/')) + "/control/control.sock");
+    if (control == Answer::kNoSocket) return world_.log("burglar found no control plane");
+    Try("the control plane", control == Answer::kAnswered);
     TryProcess("the agent", getppid());
     for (int step = 1; step <= 40; ++step) {
       TryProcess("a neighbour", getpid() + step);
