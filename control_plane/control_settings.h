@@ -181,6 +181,9 @@ inline constexpr std::size_t kMaxUsedTickets = 100'000;
 inline constexpr std::size_t kTicketsForgottenAtOnce = 256;  // in one write
 inline constexpr char kKickedReason[] = "kicked by an operator", kBannedReason[] = "banned by an operator";
 inline constexpr std::size_t kMaxBans = 10'000;  // in a cluster, its instances' among them
+// Access tokens and issuers that the list of revocations names: some 120 KB of its 1 MiB. Those beyond are revoked all
+// the same, and a backup from before would bring them back.
+inline constexpr std::size_t kMaxRevokedTokens = 2'000, kMaxRevokedIssuers = 500;
 // How long a player may take at least from its join to its first connection; a longer grace of the instance holds.
 // Shorter, and who loads a large scene over a slow line is gone before it comes.
 inline constexpr std::chrono::milliseconds kFirstConnectionGrace{60'000};

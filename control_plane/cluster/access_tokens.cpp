@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <iterator>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -118,6 +119,25 @@ absl::Status AccessTokens::Revoke(const v1::RevokeTokenRequest& request) {
   names_.erase(found->second.record.secret_hash());
   tokens_.erase(found);
   return absl::OkStatus();
+}
+
+const records::AccessToken* AccessTokens::Named(const std::string& name) const {
+  const auto found = tokens_.find(name);
+  return found == tokens_.end() ? nullptr : &found->second.record;
+}
+
+void AccessTokens::Drop(const std::map<std::string, records::RevokedToken>& revoked) {
+  if (revoked.empty()) return;
+  for (auto it = tokens_.begin(); it != tokens_.end();) {
+    const std::string& hash = it->second.record.secret_hash();
+    if (!revoked.contains(hash)) {
+      ++it;
+      continue;
+    }
+    names_.erase(hash);
+    const std::array ops{DeleteOp(kTokenPrefix + it->first, it->second.revision)};
+    it = state_.WriteStored(ops).ok() ? tokens_.erase(it) : std::next(it);
+  }
 }
 
 const records::AccessToken* AccessTokens::Find(std::string_view secret, Now now) const {

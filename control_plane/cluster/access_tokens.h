@@ -25,6 +25,10 @@ class AccessTokens {
   absl::StatusOr<v1::CreateTokenResponse> Create(const v1::CreateTokenRequest& request, Now now);
   v1::ListTokensResponse List() const;
   absl::Status Revoke(const v1::RevokeTokenRequest& request);
+  // Null: there is none of that name.
+  const records::AccessToken* Named(const std::string& name) const;
+  // Those that `revoked` names prove nothing from now on. What the store does not take, the next call tries again.
+  void Drop(const std::map<std::string, records::RevokedToken>& revoked);
   // The token that the secret proves. Null: none does, or it has run out.
   const records::AccessToken* Find(std::string_view secret, Now now) const;
 

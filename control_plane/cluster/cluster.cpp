@@ -82,6 +82,7 @@ absl::Status Cluster::LoadParts(Now now) {
   if (absl::Status status = revocations_.Load(); !status.ok()) return status;
   if (absl::Status status = tokens_.Load(); !status.ok()) return status;
   if (absl::Status status = issuers_.Load(); !status.ok()) return status;
+  DropRevokedAccess();
   if (absl::Status status = tickets_.Load(now); !status.ok()) return status;
   if (absl::Status status = GiveSeeds(); !status.ok()) return status;
   if (absl::Status status = game_events_.Load(); !status.ok()) return status;

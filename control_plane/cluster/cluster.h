@@ -80,14 +80,15 @@ class Cluster {
     return tokens_.Create(request, now);
   }
   const AccessTokens& tokens() const { return tokens_; }
-  absl::Status RevokeToken(const v1::RevokeTokenRequest& request) { return tokens_.Revoke(request); }
+  // No old backup brings it back.
+  absl::Status RevokeToken(Now now, const v1::RevokeTokenRequest& request);
 
   // --- Issuers of tickets: see issuers.h.
-  absl::StatusOr<v1::AddIssuerResponse> AddIssuer(Now now, const v1::AddIssuerRequest& request) {
-    return issuers_.Add(request, now);
-  }
+  // A key that was removed before counts again.
+  absl::StatusOr<v1::AddIssuerResponse> AddIssuer(Now now, const v1::AddIssuerRequest& request);
   const Issuers& issuers() const { return issuers_; }
-  absl::Status RemoveIssuer(const v1::RemoveIssuerRequest& request) { return issuers_.Remove(request); }
+  // No old backup brings it back.
+  absl::Status RemoveIssuer(const v1::RemoveIssuerRequest& request);
 
   // --- Agents. The latest stream of a host counts, and earlier ones end with kAborted.
   // `shown_serial`: that of the certificate of the agent's connection; empty: it shows none.
@@ -172,6 +173,8 @@ class Cluster {
   bool TakesRevocations(HostEntry& host, const v1::AgentMessage& message, Now now);
   void TakeUpRevocations(const HostEntry& host, const v1::SignedRevocations& list, Now now);
   void RemoveRevoked(InstanceNumbers& touched);
+  void DropRevokedAccess();
+  absl::Status NoteRevoked(const absl::Status& named, const std::string& what);
   void SendBannedAway(Now now);
   void RenewLease(HostEntry& host, const v1::LeaseRequest& request, Now now);
   void HoldBack(StreamId stream, const v1::AgentMessage& message);

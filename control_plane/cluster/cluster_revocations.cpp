@@ -37,11 +37,48 @@ void Cluster::TakeUpRevocations(const HostEntry& host, const v1::SignedRevocatio
 }
 
 void Cluster::RemoveRevoked(InstanceNumbers& touched) {
+  DropRevokedAccess();
   std::vector<HostEntry*> revoked;
   for (HostEntry& host : state_->EachHost()) {
     if (revocations_.revoked().hosts.contains(host.number)) revoked.push_back(&host);
   }
   for (HostEntry* host : revoked) (void)hosts_.Remove(*host, touched);  // not stored: the next timer tries again
+}
+
+void Cluster::DropRevokedAccess() {
+  tokens_.Drop(revocations_.revoked().tokens);
+  issuers_.Drop(revocations_.revoked().issuers);
+}
+
+// A list that is full keeps nobody's access.
+absl::Status Cluster::NoteRevoked(const absl::Status& named, const std::string& what) {
+  if (!absl::IsResourceExhausted(named)) return named;
+  state_->Log(absl::StrCat(what, " is revoked, and would come back with an older backup: ", named.message()),
+              Severity::kWarning);
+  return absl::OkStatus();
+}
+
+// The list comes first: what it names is dropped from the store whenever that takes it.
+absl::Status Cluster::RevokeToken(Now now, const v1::RevokeTokenRequest& request) {
+  const records::AccessToken* token = tokens_.Named(request.name());
+  if (token == nullptr) return tokens_.Revoke(request);
+  const absl::Status named = revocations_.AddToken(*token, now);
+  if (absl::Status status = NoteRevoked(named, absl::StrCat("token ", request.name())); !status.ok()) return status;
+  return tokens_.Revoke(request);
+}
+
+absl::StatusOr<v1::AddIssuerResponse> Cluster::AddIssuer(Now now, const v1::AddIssuerRequest& request) {
+  if (absl::Status status = issuers_.CheckRequest(request); !status.ok()) return status;
+  if (absl::Status status = revocations_.LiftIssuer(request.public_key()); !status.ok()) return status;
+  return issuers_.Add(request, now);
+}
+
+absl::Status Cluster::RemoveIssuer(const v1::RemoveIssuerRequest& request) {
+  const records::Issuer* issuer = issuers_.Named(request.name());
+  if (issuer == nullptr) return issuers_.Remove(request);
+  const absl::Status named = revocations_.AddIssuer(issuer->public_key());
+  if (absl::Status status = NoteRevoked(named, absl::StrCat("issuer ", request.name())); !status.ok()) return status;
+  return issuers_.Remove(request);
 }
 
 // Whoever is banned and plays all the same: the ban is younger than the record of the instance.

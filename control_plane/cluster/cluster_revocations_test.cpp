@@ -8,6 +8,7 @@
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/stored_records.h"
 #include "control_plane/testing/cluster_harness.h"
+#include "control_plane/testing/fake_backend.h"
 #include "net/signing_key.h"
 #include "trust/revocation_list.h"
 #include "trust/ticket.h"
@@ -50,6 +51,28 @@ class ClusterRevocationsTest : public ::testing::Test {
     message.mutable_lease()->set_number(1);
     harness_.Send(agent, message);
     return !harness_.cluster().TakeEffects().leases.empty();
+  }
+
+  // The secret of a new token.
+  std::string MakeToken(const std::string& name) {
+    v1::CreateTokenRequest request;
+    request.set_name(name);
+    request.set_role(v1::ROLE_OPERATOR);
+    return harness_.cluster().CreateToken(harness_.now, request)->secret();
+  }
+  absl::Status RevokeToken(const std::string& name) {
+    v1::RevokeTokenRequest request;
+    request.set_name(name);
+    return harness_.cluster().RevokeToken(harness_.now, request);
+  }
+  bool Proves(const std::string& secret) { return harness_.cluster().tokens().Find(secret, harness_.now) != nullptr; }
+  absl::Status RemoveIssuer(const std::string& name) {
+    v1::RemoveIssuerRequest request;
+    request.set_name(name);
+    return harness_.cluster().RemoveIssuer(request);
+  }
+  bool IsIssuer(const FakeBackend& backend) {
+    return harness_.cluster().issuers().Find(trust::KeyIdOf(trust::PublicKeyOf(backend.seed))) != nullptr;
   }
 
   ClusterHarness harness_;
@@ -159,6 +182,43 @@ TEST_F(ClusterRevocationsTest, WhoIsBannedByAListThatComesLateIsSentAway) {
   EXPECT_TRUE(players[0].left());
   EXPECT_EQ(players[0].ended_because(), "cheats");
   EXPECT_EQ(ClusterHarness::KeptBy(alpha), ClusterHarness::KeptBy(harness_.agents.at("beta")));
+}
+
+TEST_F(ClusterRevocationsTest, ARestoredOldBackupBringsBackNeitherARevokedTokenNorARemovedIssuer) {
+  const FakeBackend game{1}, other{2};
+  const std::string ada = MakeToken("ada"), bob = MakeToken("bob");
+  ASSERT_TRUE(harness_.cluster().AddIssuer(harness_.now, game.Registration("game")).ok());
+  ASSERT_TRUE(harness_.cluster().AddIssuer(harness_.now, other.Registration("other")).ok());
+  const std::string backup = harness_.Backup();
+  ASSERT_TRUE(RevokeToken("ada").ok());
+  ASSERT_TRUE(RemoveIssuer("game").ok());
+  ASSERT_FALSE(Proves(ada) || IsIssuer(game));
+  harness_.Run(seconds(1));
+
+  harness_.BeginFrom(backup);
+  ASSERT_TRUE(Proves(ada) && IsIssuer(game)) << "the backup knows them";
+  harness_.Run(seconds(2));
+  EXPECT_FALSE(Proves(ada));
+  EXPECT_FALSE(IsIssuer(game));
+  EXPECT_TRUE(Proves(bob) && IsIssuer(other)) << "nobody has revoked these";
+  harness_.Restart();
+  EXPECT_FALSE(Proves(ada) || IsIssuer(game)) << "it is stored";
+
+  ASSERT_TRUE(harness_.cluster().AddIssuer(harness_.now, game.Registration("game")).ok()) << "on purpose";
+  harness_.Run(seconds(1));
+  harness_.Restart();
+  EXPECT_TRUE(IsIssuer(game));
+}
+
+TEST_F(ClusterRevocationsTest, ATokenThatTheStoreDroppedHalfProvesNothingInTheNextLife) {
+  const std::string ada = MakeToken("ada");
+  const std::string record = harness_.store.Get("token/ada")->value;
+  ASSERT_TRUE(RevokeToken("ada").ok());
+  ASSERT_TRUE(harness_.store.Put("token/ada", record, kAbsent).ok());  // as if it had died between its two writes
+  harness_.Restart();
+  EXPECT_FALSE(Proves(ada)) << "from the first moment on";
+  EXPECT_EQ(harness_.cluster().tokens().List().tokens_size(), 0);
+  EXPECT_EQ(RevokeToken("ada").code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(ClusterRevocationsTest, AListThatTheClusterDidNotSignChangesNothing) {

@@ -1,6 +1,7 @@
 #include "control_plane/cluster/issuers.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -129,6 +130,25 @@ absl::Status Issuers::Remove(const v1::RemoveIssuerRequest& request) {
   names_.erase(IssuerKeyId(found->second.record.public_key()));
   issuers_.erase(found);
   return absl::OkStatus();
+}
+
+const records::Issuer* Issuers::Named(const std::string& name) const {
+  const auto found = issuers_.find(name);
+  return found == issuers_.end() ? nullptr : &found->second.record;
+}
+
+void Issuers::Drop(const std::set<std::string>& revoked) {
+  if (revoked.empty()) return;
+  for (auto it = issuers_.begin(); it != issuers_.end();) {
+    const std::string& key = it->second.record.public_key();
+    if (!revoked.contains(key)) {
+      ++it;
+      continue;
+    }
+    names_.erase(IssuerKeyId(key));
+    const std::vector<StoreOp> ops{DeleteOp(kIssuerPrefix + it->first, it->second.revision)};
+    it = state_.WriteStored(ops).ok() ? issuers_.erase(it) : std::next(it);
+  }
 }
 
 const records::Issuer* Issuers::Find(const trust::TicketKeyId& key) const {

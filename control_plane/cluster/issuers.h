@@ -7,6 +7,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -27,6 +28,13 @@ class Issuers {
   absl::StatusOr<v1::AddIssuerResponse> Add(const v1::AddIssuerRequest& request, Now now);
   v1::ListIssuersResponse List() const;
   absl::Status Remove(const v1::RemoveIssuerRequest& request);
+  // Null: there is none of that name.
+  const records::Issuer* Named(const std::string& name) const;
+  // Those whose public keys `revoked` names sign nothing from now on. What the store does not take, the next call tries
+  // again.
+  void Drop(const std::set<std::string>& revoked);
+  // OK: Add would take it, if the store does.
+  absl::Status CheckRequest(const v1::AddIssuerRequest& request) const;
 
   // The issuer whose key has this id; null: none.
   const records::Issuer* Find(const trust::TicketKeyId& key) const;
@@ -38,8 +46,6 @@ class Issuers {
     records::Issuer record;
     Revision revision = kAbsent;
   };
-  absl::Status CheckRequest(const v1::AddIssuerRequest& request) const;
-
   ClusterState& state_;
   RandomBytes random_;
   std::string cluster_id_;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/stored_records.h"
 #include "trust/revocation_list.h"
 
@@ -44,15 +45,21 @@ Revoked HostsAndWorkersOf(const Message& message) {
   return revoked;
 }
 
+// Bans, tokens and issuers, which hosts are not shown.
 template <class Message>
-void ReadBans(const Message& message, Revoked& revoked) {
+void ReadSealed(const Message& message, Revoked& revoked) {
   for (const records::Ban& ban : message.bans()) revoked.bans[{ban.instance_id(), ban.player_id()}] = ban;
+  for (const records::RevokedToken& token : message.tokens()) revoked.tokens[token.secret_hash()] = token;
+  for (const std::string& issuer : message.issuers()) revoked.issuers.insert(issuer);
 }
 
 template <class Message>
-void SetBans(const Revoked& revoked, Message& message) {
+void SetSealed(const Revoked& revoked, Message& message) {
   message.clear_bans();
+  message.clear_tokens();
   for (const auto& [key, ban] : revoked.bans) *message.add_bans() = ban;
+  for (const auto& [hash, token] : revoked.tokens) *message.add_tokens() = token;
+  message.mutable_issuers()->Assign(revoked.issuers.begin(), revoked.issuers.end());
 }
 
 }  // namespace
@@ -67,7 +74,7 @@ absl::Status Revocations::Load() {
     revision_ = entry.revision;
   }
   revoked_ = HostsAndWorkersOf(record_);
-  ReadBans(record_, revoked_);
+  ReadSealed(record_, revoked_);
   if (entries->empty()) {
     record_.set_signing_seed(random_(net::kKeyBytes));
     std::vector<StoreOp> ops;
@@ -113,9 +120,11 @@ absl::StatusOr<v1::SignedRevocations> Revocations::Signed(const records::Revocat
   content.set_number(record.number());
   *content.mutable_hosts() = record.hosts();
   *content.mutable_workers() = record.workers();
-  if (record.bans_size() > 0) {
-    records::Bans bans;
-    *bans.mutable_bans() = record.bans();
+  records::Bans bans;
+  *bans.mutable_bans() = record.bans();
+  *bans.mutable_tokens() = record.tokens();
+  *bans.mutable_issuers() = record.issuers();
+  if (bans.ByteSizeLong() > 0) {
     content.set_sealed_bans(trust::SealFor(key_, bans.SerializeAsString(), random_(trust::kSealNonceBytes)));
   }
   return trust::SignRevocations(content, key_);
@@ -132,7 +141,7 @@ void Revocations::LeaveOutEnded(Revoked& content) const {
 
 absl::Status Revocations::Store(records::Revocations next, Revoked content, std::vector<StoreOp> ops) {
   SetHostsAndWorkers(content, next);
-  SetBans(content, next);
+  SetSealed(content, next);
   auto list = Signed(next);
   if (!list.ok()) return list.status();
   ops.push_back(PutOp(kRevocationsKey, next.SerializeAsString(), revision_));
@@ -165,6 +174,40 @@ absl::Status Revocations::AddHost(const HostEntry& host) {
   return Change(std::move(next));
 }
 
+// An old backup has a token with its expiry, so one that is over needs no name.
+absl::Status Revocations::AddToken(const records::AccessToken& token, Now now) {
+  Revoked next = revoked_;
+  std::erase_if(next.tokens, [&](const auto& named) {
+    return named.second.has_expire_time() && now.unix_time >= FromTimestamp(named.second.expire_time());
+  });
+  if (next.tokens.size() >= kMaxRevokedTokens) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the list of revocations names ", kMaxRevokedTokens, " access tokens already"));
+  }
+  records::RevokedToken& named = next.tokens[token.secret_hash()];
+  named.set_secret_hash(token.secret_hash());
+  if (token.has_expire_time()) *named.mutable_expire_time() = token.expire_time();
+  return Change(std::move(next));
+}
+
+absl::Status Revocations::AddIssuer(const std::string& public_key) {
+  if (revoked_.issuers.contains(public_key)) return absl::OkStatus();
+  if (revoked_.issuers.size() >= kMaxRevokedIssuers) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the list of revocations names ", kMaxRevokedIssuers, " issuers already"));
+  }
+  Revoked next = revoked_;
+  next.issuers.insert(public_key);
+  return Change(std::move(next));
+}
+
+absl::Status Revocations::LiftIssuer(const std::string& public_key) {
+  if (!revoked_.issuers.contains(public_key)) return absl::OkStatus();
+  Revoked next = revoked_;
+  next.issuers.erase(public_key);
+  return Change(std::move(next));
+}
+
 bool Revocations::Lacks(std::uint64_t number) const {
   return number > record_.number() || (number > record_.lost_after() && number <= record_.lost_up_to());
 }
@@ -180,20 +223,23 @@ absl::StatusOr<bool> Revocations::TakeUp(const v1::SignedRevocations& list) {
     if (!plain.ok()) return plain.status();
     records::Bans bans;
     if (!bans.ParseFromString(*plain)) return absl::DataLossError("revocations.sealed_bans: cannot be read");
-    ReadBans(bans, next);
+    ReadSealed(bans, next);
   }
   const bool lost = number <= record_.lost_up_to();
   if (lost && !state_.recovering()) {
     next.hosts.insert(revoked_.hosts.begin(), revoked_.hosts.end());
     next.workers.insert(revoked_.workers.begin(), revoked_.workers.end());
     for (const auto& [key, ban] : revoked_.bans) next.bans[key] = ban;
+    next.tokens.insert(revoked_.tokens.begin(), revoked_.tokens.end());
+    next.issuers.insert(revoked_.issuers.begin(), revoked_.issuers.end());
   }
   records::Revocations record = record_;
   record.set_number(std::max(record.number(), number) + 1);
   if (lost) record.set_lost_after(number);
   if (absl::Status status = Store(std::move(record), std::move(next)); !status.ok()) return status;
   state_.Log(absl::StrCat("revocations taken up from a host number=", number, " hosts=", revoked_.hosts.size(),
-                          " workers=", revoked_.workers.size(), " bans=", revoked_.bans.size()),
+                          " workers=", revoked_.workers.size(), " bans=", revoked_.bans.size(),
+                          " tokens=", revoked_.tokens.size(), " issuers=", revoked_.issuers.size()),
              Severity::kWarning);
   return true;
 }

@@ -1,5 +1,5 @@
 // Revocations: who is let in no more, as one list with a number that only grows: hosts that were removed, the lives of
-// regions that evicted hosts ran, and players' bans.
+// regions that evicted hosts ran, players' bans, access tokens that were revoked and issuers that were removed.
 //
 // The list is stored, signed with a key of the cluster's own, and sent to every agent, which keeps the newest and says
 // so; until then workers of its host get no lease from here. So every host that may run anything has the list, and a
@@ -10,7 +10,7 @@
 //     while it recovers they take the place of what the backup had; one that a host brings later is added to what was
 //     decided since. Then a ban that was lifted in that time may stand again, and nothing that was revoked is undone.
 //
-// Bans are sealed: hosts are not shown players' ids.
+// Bans are sealed, and so are tokens and issuers: hosts are not shown players' ids, nor who had access.
 //
 // Thread rule: as Cluster.
 #pragma once
@@ -25,6 +25,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "control_plane/cluster/cluster_state.h"
+#include "control_plane/now.h"
 #include "control_plane/secrets.h"
 #include "net/signing_key.h"
 #include "tessera/v1/revocations.pb.h"
@@ -37,6 +38,8 @@ struct Revoked {
   std::set<std::uint64_t> hosts;                                       // numbers in their ids
   std::set<Life> workers;
   std::map<std::pair<std::string, std::string>, records::Ban> bans;  // by instance, or "" for the cluster, and player
+  std::map<std::string, records::RevokedToken> tokens;               // by the hash of the secret
+  std::set<std::string> issuers;                                     // public keys
 };
 
 class Revocations {
@@ -56,6 +59,11 @@ class Revocations {
   absl::Status Change(Revoked next);
   // The host and the workers that it runs are named from now on. Repeating it does nothing.
   absl::Status AddHost(const HostEntry& host);
+  // The token is named until it would have run out. RESOURCE_EXHAUSTED: kMaxRevokedTokens are.
+  absl::Status AddToken(const records::AccessToken& token, Now now);
+  // The issuer of this public key is named, or not any more. RESOURCE_EXHAUSTED: kMaxRevokedIssuers are.
+  absl::Status AddIssuer(const std::string& public_key);
+  absl::Status LiftIssuer(const std::string& public_key);
 
   // --- What agents keep.
   // A list with this number may have what this one lacks.

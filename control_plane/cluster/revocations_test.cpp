@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <memory>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "control_plane/backup.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/stored_records.h"
 #include "control_plane/testing/state_rig.h"
 #include "trust/revocation_list.h"
@@ -67,6 +70,38 @@ TEST_F(RevocationsTest, EachChangeHasTheNextNumberAndIsSignedByAKeyThatStays) {
   const auto verifies = trust::ReadRevocations(list_->newest(), *net::VerificationKeyFrom(key, "key"));
   ASSERT_TRUE(verifies.ok()) << verifies.status();
   EXPECT_EQ(verifies->number(), 2u);
+}
+
+TEST_F(RevocationsTest, ATokenIsNamedUntilItWouldHaveRunOutAndHostsDoNotSeeWhichItWas) {
+  records::AccessToken token, forever;
+  token.set_secret_hash("hash of ada's secret");
+  *token.mutable_expire_time() = ToTimestamp(rig_.now.unix_time + std::chrono::hours(1));
+  forever.set_secret_hash("hash of bob's secret");
+  ASSERT_TRUE(list_->AddToken(token, rig_.now).ok());
+  ASSERT_TRUE(list_->AddIssuer("a public key").ok());
+  EXPECT_TRUE(list_->revoked().tokens.contains(token.secret_hash()));
+  EXPECT_THAT(list_->newest().list(), Not(HasSubstr("hash of")));
+  EXPECT_THAT(list_->newest().list(), Not(HasSubstr("public key")));
+  Load();
+  EXPECT_TRUE(list_->revoked().tokens.contains(token.secret_hash())) << "it is stored";
+  Now later = rig_.now;
+  later.unix_time += std::chrono::hours(1);
+  ASSERT_TRUE(list_->AddToken(forever, later).ok());
+  EXPECT_FALSE(list_->revoked().tokens.contains(token.secret_hash()));
+  EXPECT_TRUE(list_->revoked().tokens.contains(forever.secret_hash()));
+  ASSERT_TRUE(list_->LiftIssuer("a public key").ok());
+  EXPECT_TRUE(list_->revoked().issuers.empty());
+}
+
+TEST_F(RevocationsTest, ThereIsAMostOfTokens) {
+  Revoked full;
+  for (std::size_t i = 0; i < kMaxRevokedTokens; ++i) {
+    full.tokens[absl::StrCat("hash ", i)].set_secret_hash(absl::StrCat("hash ", i));
+  }
+  ASSERT_TRUE(list_->Change(full).ok());
+  records::AccessToken token;
+  token.set_secret_hash("one more");
+  EXPECT_EQ(list_->AddToken(token, rig_.now).code(), absl::StatusCode::kResourceExhausted);
 }
 
 TEST_F(RevocationsTest, AHostIsNamedWithTheLivesThatItRunsUntilTheirWorldHasEnded) {

@@ -30,8 +30,9 @@ class AccessServiceImpl final : public v1::AccessService::Service, Answerer {
   }
   grpc::Status RevokeToken(grpc::ServerContext* context, const v1::RevokeTokenRequest* request,
                            v1::RevokeTokenResponse*) override {
-    return Answer(context, "AccessService/RevokeToken", CallKind::kCommand, request->name(),
-                  [&] { return plane_.Call([&](Cluster& cluster, Now) { return cluster.RevokeToken(*request); }); });
+    return Answer(context, "AccessService/RevokeToken", CallKind::kCommand, request->name(), [&] {
+      return plane_.Call([&](Cluster& cluster, Now now) { return cluster.RevokeToken(now, *request); });
+    });
   }
   grpc::Status AddIssuer(grpc::ServerContext* context, const v1::AddIssuerRequest* request,
                          v1::AddIssuerResponse* response) override {
