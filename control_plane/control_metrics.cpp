@@ -195,7 +195,16 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = ahead_s;
   }
-  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing, stopped, clocks};
+  prometheus::MetricFamily behind{"tessera_control_host_revocations_behind",
+                                  "1 while the host does not keep the newest list of revocations, else 0",
+                                  prometheus::MetricType::Gauge,
+                                  {}};
+  for (const auto& [name, is_behind] : summary.behind_revocations) {
+    prometheus::ClientMetric& metric = behind.metric.emplace_back();
+    metric.label.push_back({"host", name});
+    metric.gauge.value = is_behind ? 1 : 0;
+  }
+  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing, stopped, clocks, behind};
   AddHealth(summary.health, families);
   return families;
 }

@@ -101,7 +101,7 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
         ClusterSummary summary;
         gate->With([&](ControlPlane& plane) {
           for (const std::chrono::nanoseconds took : plane.TakeFailovers()) metrics.ObserveFailover(took);
-          summary = plane.Call([](Cluster& c, Now) { return Summarise(c.state()); });
+          summary = plane.Call([](Cluster& c, Now) { return Summarise(c.state(), c.revocations().number()); });
         });
         return summary;
       },

@@ -90,6 +90,9 @@ class Cluster {
   // No old backup brings it back.
   absl::Status RemoveIssuer(const v1::RemoveIssuerRequest& request);
 
+  // --- The list of who is let in no more: see revocations.h.
+  const Revocations& revocations() const { return revocations_; }
+
   // --- Agents. The latest stream of a host counts, and earlier ones end with kAborted.
   // `shown_serial`: that of the certificate of the agent's connection; empty: it shows none.
   absl::StatusOr<Admission> HandleHello(Now now, const v1::AgentHello& hello, const std::string& shown_serial = "");

@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <map>
 #include <string>
 
 #include "control_plane/cluster/hosts.h"
+#include "control_plane/cluster/queries.h"
 #include "control_plane/stored_records.h"
 #include "control_plane/testing/cluster_harness.h"
 #include "control_plane/testing/fake_backend.h"
@@ -219,6 +221,21 @@ TEST_F(ClusterRevocationsTest, ATokenThatTheStoreDroppedHalfProvesNothingInTheNe
   EXPECT_FALSE(Proves(ada)) << "from the first moment on";
   EXPECT_EQ(harness_.cluster().tokens().List().tokens_size(), 0);
   EXPECT_EQ(RevokeToken("ada").code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(ClusterRevocationsTest, TheSummaryNamesWhoAnswersAndDoesNotKeepTheNewestList) {
+  const auto behind = [&] {
+    return Summarise(harness_.cluster().state(), harness_.cluster().revocations().number()).behind_revocations;
+  };
+  using Behind = std::map<std::string, bool>;
+  EXPECT_EQ(behind(), (Behind{{"alpha", false}, {"beta", false}})) << "there is no list yet";
+  harness_.agents.at("beta").keeps_revocations = false;
+  BanEverywhere(harness_, "ada");
+  EXPECT_EQ(behind(), (Behind{{"alpha", true}, {"beta", true}})) << "it is on its way";
+  harness_.Run(seconds(1));
+  EXPECT_EQ(behind(), (Behind{{"alpha", false}, {"beta", true}}));
+  harness_.cluster().HandleAgentGone(harness_.agents.at("beta").stream);
+  EXPECT_EQ(behind(), (Behind{{"alpha", false}})) << "whoever is away runs nothing by a lease of ours";
 }
 
 TEST_F(ClusterRevocationsTest, AListThatTheClusterDidNotSignChangesNothing) {

@@ -91,14 +91,16 @@ std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::s
 }
 
 // It looks at what it needs alone: this runs under the lock, and an instance's view has its whole map and every report.
-ClusterSummary Summarise(const ClusterState& state) {
+ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocations) {
   ClusterSummary summary;
   summary.store_failing = !state.store_trouble().empty();
   summary.checkpoints_stopped = !state.checkpoint_trouble().empty();
   summary.failed_writes = state.failed_writes();
   for (const auto& [number, host] : state.hosts()) {
     ++summary.hosts[StateOf(host)];
-    if (host.stream != 0 && host.clock_ahead_s) summary.clocks_ahead_s[host.record.name()] = *host.clock_ahead_s;
+    if (host.stream == 0) continue;
+    if (host.clock_ahead_s) summary.clocks_ahead_s[host.record.name()] = *host.clock_ahead_s;
+    summary.behind_revocations[host.record.name()] = host.kept_revocations < newest_revocations;
   }
   for (const auto& numbered : state.instances()) {
     const InstanceEntry& instance = numbered.second;

@@ -55,13 +55,15 @@ struct InstanceHealth {
 struct ClusterSummary {
   std::map<v1::HostState, int> hosts;
   std::map<v1::InstanceState, int> instances;
-  std::map<std::string, double> clocks_ahead_s;  // by name of a host that is attached: its wall clock against ours
+  std::map<std::string, double> clocks_ahead_s;    // by name of a host that is attached: its wall clock against ours
+  std::map<std::string, bool> behind_revocations;  // likewise: it does not keep the newest list of revocations
   std::vector<InstanceHealth> health;
   bool store_failing = false;        // the last write failed
   bool checkpoints_stopped = false;  // there is no room for them
   std::uint64_t failed_writes = 0;
 };
-ClusterSummary Summarise(const ClusterState& state);
+// `newest_revocations`: the number of the newest list.
+ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocations = 0);
 
 // A process that serves metrics.
 struct ScrapeTarget {
