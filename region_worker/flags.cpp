@@ -48,6 +48,9 @@ void Declare(CLI::App& app, RawFlags& raw) {
   app.add_option("--game-module", raw.standalone.game_module_path,
                  "shared library of a game that the region runs, which is trusted; left out: none")
       ->group(alone);
+  app.add_option("--movement", raw.standalone.movement_path,
+                 "shared library with a movement for the players of --game, which is trusted; left out: none")
+      ->group(alone);
   app.add_option("--regions", raw.standalone.regions, "how many regions the world is cut into")
       ->capture_default_str()
       ->group(alone);
@@ -108,16 +111,24 @@ absl::Status CheckAgentFlags(RawFlags& raw) {
   return absl::OkStatus();
 }
 
-absl::Status CheckGameModule(const Standalone& alone) {
-  const std::filesystem::path module = alone.game_module_path;
-  if (module.empty()) return absl::OkStatus();
-  if (!alone.game_path.empty()) {
+absl::Status CheckLibrary(const char* option, const std::string& path) {
+  const std::filesystem::path library = path;
+  std::error_code error;
+  if (path.empty() || (library.extension() == ".so" && std::filesystem::is_regular_file(library, error))) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(option, " ", path, ": no such file, or not a .so"));
+}
+
+absl::Status CheckLibraries(const Standalone& alone) {
+  if (!alone.game_module_path.empty() && !alone.game_path.empty()) {
     return absl::InvalidArgumentError("--game and --game-module: a region runs one game; use one of them");
   }
-  if (std::error_code error; module.extension() != ".so" || !std::filesystem::is_regular_file(module, error)) {
-    return absl::InvalidArgumentError(absl::StrCat("--game-module ", module.string(), ": no such file, or not a .so"));
+  if (!alone.movement_path.empty() && alone.game_path.empty()) {
+    return absl::InvalidArgumentError("--movement is for a game in Lua, and --game is missing");
   }
-  return absl::OkStatus();
+  if (absl::Status status = CheckLibrary("--game-module", alone.game_module_path); !status.ok()) return status;
+  return CheckLibrary("--movement", alone.movement_path);
 }
 
 absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
@@ -129,7 +140,7 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   if (std::error_code error; !alone.game_path.empty() && !std::filesystem::is_regular_file(alone.game_path, error)) {
     return absl::InvalidArgumentError(absl::StrCat("--game ", alone.game_path, ": no such file"));
   }
-  if (absl::Status status = CheckGameModule(alone); !status.ok()) return status;
+  if (absl::Status status = CheckLibraries(alone); !status.ok()) return status;
   if (alone.regions == 0 || alone.regions > kMaxRegions) {
     return absl::InvalidArgumentError(absl::StrCat("--regions ", alone.regions, ": must be 1 to ", kMaxRegions));
   }
@@ -221,6 +232,8 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
     status = absl::InvalidArgumentError("--agent-socket and --game: the agent gives the game; use one of them");
   } else if (under_agent && !raw.standalone.game_module_path.empty()) {
     status = absl::InvalidArgumentError("--agent-socket and --game-module: a module is for a region without an agent");
+  } else if (under_agent && !raw.standalone.movement_path.empty()) {
+    status = absl::InvalidArgumentError("--agent-socket and --movement: it is for a region without an agent");
   } else {
     status = under_agent ? CheckAgentFlags(raw) : CheckStandaloneFlags(raw, app.count("--seconds") > 0);
   }

@@ -65,6 +65,11 @@ absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags, const
     if (!loaded.ok()) return loaded.status();
     world.module = *std::move(loaded);
   }
+  if (!flags.movement_path.empty()) {
+    auto loaded = game::NativeModule::LoadMovementFile(flags.movement_path);
+    if (!loaded.ok()) return loaded.status();
+    world.movement = *std::move(loaded);
+  }
   for (std::uint32_t region = 1; region <= flags.regions; ++region) {
     const auto link_port = static_cast<std::uint16_t>(flags.base_port + 3 * (region - 1) + 1);
     order.peers.push_back({RegionId(region), Incarnation(region), "127.0.0.1", link_port});

@@ -26,9 +26,11 @@ net::SigningKey StandaloneKey();
 struct StandaloneWorld {
   std::shared_ptr<const Scene> scene;
   Order order;
-  std::shared_ptr<const game::NativeModule> module = nullptr;  // null: none
+  std::shared_ptr<const game::NativeModule> module = nullptr;    // null: none
+  std::shared_ptr<const game::NativeModule> movement = nullptr;  // for a game in Lua; null: none
 };
-// Reads the scene, and loads the game's library. `self` and `key` are the worker's, which is certified.
+// Reads the scene, and loads the game's library or its movement's. `self` and `key` are the worker's, which is
+// certified.
 absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags, const Identity& self,
                                                   const net::VerificationKey& key);
 StandaloneRules RulesOf(const Standalone& flags, const StandaloneWorld& world);

@@ -18,6 +18,7 @@ struct Standalone {
   std::string scene_path;
   std::string game_path;         // empty: none
   std::string game_module_path;  // a shared library instead; empty: none
+  std::string movement_path;     // a shared library with a movement beside the Lua file; empty: none
   std::uint32_t regions = 1;
   // Region r listens on base_port + 3 * (r - 1) + {0 game, 1 link, 2 metrics}.
   std::uint16_t base_port = kDefaultBasePort;

@@ -106,6 +106,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
     setup.game_module = &world.module->module();
     setup.game_module_name = world.module->name();
   }
+  if (world.movement != nullptr) setup.movement = world.movement->movement();
   setup.address.set_region(options_.identity.region.value());
   setup.address.set_incarnation(options_.identity.incarnation.value());
   setup.address.set_host(options_.advertise_address);

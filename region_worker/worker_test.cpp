@@ -50,6 +50,10 @@ TEST(WorkerUsageTest, MistakesGiveOneLineAndStatus2) {
       {{"--scene", scene, "--game-module", scene, "--region", "1"}, "minimal.textproto: no such file, or not a .so"},
       {{"--scene", scene, "--game-module", "/nowhere/x.so", "--region", "1"}, "/nowhere/x.so: no such file"},
       {{"--game-module", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --game-module"},
+      {{"--scene", scene, "--movement", "/nowhere/x.so", "--region", "1"}, "--movement is for a game in Lua"},
+      {{"--scene", scene, "--game", scene, "--movement", "/nowhere/x.so", "--region", "1"},
+       "--movement /nowhere/x.so: no such file, or not a .so"},
+      {{"--movement", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --movement"},
       {{"--agent-socket", "/tmp/x", "--region", "1"}, "--instance is required"},
       {{"--agent-socket", "/tmp/x", "--region", "1", "--instance", "i"}, "--incarnation is required"},
       {{"--scene", scene, "--region", "1", "--what"}, "--what"},
@@ -104,6 +108,42 @@ TEST(WorkerModuleTest, ALibraryOfAnotherInterfaceGivesStatus1NamingBothVersions)
   EXPECT_EQ(worker.Wait(), kExitFailure);
   EXPECT_NE(worker.said().find("other_abi"), std::string::npos) << worker.said();
   EXPECT_NE(worker.said().find("version 8"), std::string::npos) << worker.said();
+}
+
+std::vector<std::string> WithMovement(const std::string& library, std::uint16_t base) {
+  const std::string game =
+      WriteTestFile("drive.lua", "function on_tick() if world.tick() == 5 then print('five') end end");
+  std::vector<std::string> arguments = Alone(base, TESSERA_SOURCE_DIR "/game_sdk/examples/car/scene.textproto");
+  arguments.insert(arguments.end(),
+                   {"--game", game, "--movement", TESSERA_BINARY_DIR "/game_modules/" + library + ".so"});
+  return arguments;
+}
+
+TEST(WorkerModuleTest, AGameInLuaRunsWithAMovementBesideIt) {
+  WorkerProcess worker(WithMovement("car_alone", FreeBasePort(1)));
+  EXPECT_TRUE(worker.WaitForLine("game tick=5 text=five")) << worker.said();
+}
+
+TEST(WorkerModuleTest, ABadMovementGivesStatus1AndIsNamed) {
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"bad_movement_alone", "game module bad_movement_alone: movement hover: state_bytes: 65 are more than 64"},
+      {"bad_movement", "movement: is made for version 8 of the interface, and this is version 1"},
+      {"fountain", "game module fountain: has no movement"}};
+  for (const auto& [library, says] : bad) {
+    WorkerProcess worker(WithMovement(library, FreeBasePort(1)));
+    EXPECT_EQ(worker.Wait(), kExitFailure) << library;
+    EXPECT_NE(worker.said().find(says), std::string::npos) << worker.said();
+  }
+}
+
+// A scene without players or without the kind has nobody whom it could move.
+TEST(WorkerModuleTest, AMovementThatTheSceneHasNoUseForIsRefused) {
+  const std::string game = WriteTestFile("idle.lua", "function on_tick() end");
+  std::vector<std::string> arguments = Alone(FreeBasePort(1));
+  arguments.insert(arguments.end(), {"--game", game, "--movement", TESSERA_BINARY_DIR "/game_modules/car_alone.so"});
+  WorkerProcess worker(arguments);
+  EXPECT_EQ(worker.Wait(), kExitFailure);
+  EXPECT_NE(worker.said().find("idle.lua: movement car: "), std::string::npos) << worker.said();
 }
 
 TEST(WorkerModuleTest, ALibraryRunsAsAGame) {

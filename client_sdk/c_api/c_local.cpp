@@ -13,6 +13,7 @@ using namespace tessera::c_api;
 struct tessera_local {
   std::unique_ptr<local::LocalWorld> world;
   std::string line;  // that was given out last
+  const tessera_movement* movement = nullptr;
 };
 
 namespace {
@@ -35,6 +36,7 @@ absl::StatusOr<local::LocalWorldOptions> OptionsOf(const tessera_local_options& 
   if (given.game_size > 0) options.game.assign(given.game, given.game_size);
   if (given.game_name != nullptr) options.game_name = given.game_name;
   options.snapshot_rate_hz = given.snapshot_rate_hz;
+  options.movement = given.movement;
   return options;
 }
 
@@ -53,7 +55,7 @@ tessera_code tessera_local_world(const tessera_local_options* given, tessera_loc
     if (!options.ok()) return options.status();
     auto world = local::LocalWorld::Open(*options);
     if (!world.ok()) return world.status();
-    *out = new tessera_local{.world = *std::move(world), .line = {}};
+    *out = new tessera_local{.world = *std::move(world), .line = {}, .movement = whole.movement};
     return absl::OkStatus();
   });
 }
@@ -84,7 +86,14 @@ tessera_code tessera_local_join(tessera_local* handle, const tessera_grant_optio
     if (options.free_user != nullptr) options.free_user(options.user);  // as the joining does that fails
     return made;
   }
-  return tessera_join_grant(grant->data(), grant->size(), &options, client);
+  const tessera_code joined = tessera_join_grant(grant->data(), grant->size(), &options, client);
+  if (joined != TESSERA_OK || handle->movement == nullptr) return joined;
+  const tessera_code set = tessera_set_movement(*client, handle->movement);
+  if (set == TESSERA_OK) return set;
+  const std::string why = tessera_last_error();
+  tessera_close(*client);
+  *client = nullptr;
+  return tessera_set_last_error(set, why.c_str());
 }
 
 uint64_t tessera_local_tick(const tessera_local* handle) {

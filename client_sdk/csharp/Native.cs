@@ -532,6 +532,7 @@ namespace Tessera.Native {
     public byte* game;
     public UIntPtr game_size;
     public byte* game_name;
+    public IntPtr movement;
 
     public static tessera_local_options Initial {
       get {

@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
+#include "core/world/movement.h"
 #include "core/world/packed_scene.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene_load.h"
@@ -28,6 +29,8 @@ constexpr char kInstanceId[] = "local", kAddress[] = "127.0.0.1";
 constexpr RegionId kRegion(1);
 constexpr Incarnation kIncarnation(1);
 constexpr std::size_t kMaxLines = 1000;
+// A movement is the region's by its game; where there is none, this one does nothing.
+constexpr char kNoGame[] = "-- a movement alone\n";
 // Players, each once more while it comes back.
 constexpr std::size_t kPeers = 2 * kMaxPlayers;
 
@@ -49,6 +52,7 @@ struct LocalWorld::Impl {
 
   std::shared_ptr<const Scene> scene;
   std::string scene_hash, game;
+  const tessera_movement* movement;
   std::vector<std::uint8_t> packed_scene;
   // Made here and known to nobody: a grant of this world is all that opens it.
   const net::SigningKey instance_key = net::SigningKey::Make(), key = net::SigningKey::Make();
@@ -71,6 +75,10 @@ absl::StatusOr<std::unique_ptr<LocalWorld>> LocalWorld::Open(const LocalWorldOpt
     return absl::InvalidArgumentError(absl::StrCat("snapshot_rate_hz: must be at most ", loaded->scene->tick_rate_hz,
                                                    ", got ", options.snapshot_rate_hz));
   }
+  if (options.movement != nullptr) {
+    const auto movement = MovementIn(*loaded->scene, *options.movement);
+    if (!movement.ok()) return movement.status();
+  }
   // Without limits by the second: they count real time, and a test may let hours pass in a second.
   auto endpoint =
       net::Endpoint::Create({.bind_address = kAddress, .max_peers = kPeers, .accept_reliable_messages = false});
@@ -85,7 +93,8 @@ absl::StatusOr<std::unique_ptr<LocalWorld>> LocalWorld::Open(const LocalWorldOpt
 LocalWorld::Impl::Impl(LoadedScene loaded, const LocalWorldOptions& options, std::unique_ptr<net::Endpoint> endpoint)
     : scene(std::move(loaded.scene)),
       scene_hash(std::move(loaded.hash)),
-      game(options.game),
+      game(options.game.empty() && options.movement != nullptr ? kNoGame : options.game),
+      movement(options.movement),
       packed_scene(PackScene(*scene)),
       clients(std::move(endpoint), metrics),
       map(*MakeGridMap(scene->ground(), 1)),
@@ -117,6 +126,7 @@ worker::WorkerSetup LocalWorld::Impl::Setup() const {
   setup.address.set_game_port(clients.port().port());
   setup.key = key.verification_key();
   setup.standalone->make_player = &LocalPlayer;
+  setup.movement = movement;
   return setup;
 }
 
@@ -189,6 +199,8 @@ Tick LocalWorld::tick() const {
   const worker::RegionRun* run = impl_->core.run();
   return run == nullptr ? Tick() : run->region().tick();
 }
+
+const region::Region& LocalWorld::region() const { return impl_->core.run()->region(); }
 
 std::optional<LocalGameLine> LocalWorld::TakeLine() {
   if (impl_->lines.empty()) return std::nullopt;

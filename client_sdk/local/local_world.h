@@ -23,6 +23,12 @@
 #include "absl/status/statusor.h"
 #include "core/world/ids.h"
 
+struct tessera_movement;  // tessera/movement.h
+
+namespace tessera::region {
+class Region;
+}
+
 namespace tessera::local {
 
 struct LocalWorldOptions {
@@ -31,6 +37,8 @@ struct LocalWorldOptions {
   std::string game{};                  // Lua; empty: none
   std::string game_name = "game.lua";  // as its errors shall name it
   std::uint32_t snapshot_rate_hz = 0;  // at most the scene's tick rate; 0: that
+  // How players' inputs move bodies, with a game or without one; it outlives the world. Null: as the scene says.
+  const tessera_movement* movement = nullptr;
 };
 
 struct LocalGameLine {
@@ -41,8 +49,8 @@ struct LocalGameLine {
 
 class LocalWorld {
  public:
-  // INVALID_ARGUMENT: what is wrong with the scene or the game, as loading them elsewhere says it. UNAVAILABLE: there
-  // is no socket.
+  // INVALID_ARGUMENT: what is wrong with the scene, the movement or the game, as loading them elsewhere says it.
+  // UNAVAILABLE: there is no socket.
   static absl::StatusOr<std::unique_ptr<LocalWorld>> Open(const LocalWorldOptions& options);
   ~LocalWorld();
   LocalWorld(const LocalWorld&) = delete;
@@ -58,6 +66,8 @@ class LocalWorld {
   const std::vector<std::uint8_t>& packed_scene() const;
 
   Tick tick() const;
+  // The world itself, for tests and tools; valid until the next call of Advance.
+  const region::Region& region() const;
   // The oldest line of the game that was not taken yet: what it printed, or an error. The newest 1000 are kept.
   std::optional<LocalGameLine> TakeLine();
 

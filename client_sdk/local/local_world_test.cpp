@@ -4,10 +4,14 @@
 
 #include <chrono>
 #include <cstdint>
+#include <fstream>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client_sdk/include/tessera/local.hpp"
+#include "game_sdk/examples/car/car_movement.h"
 
 namespace tessera {
 namespace {
@@ -26,6 +30,14 @@ constexpr char kScene[] = R"({
   "player": {"body": {"mass": 80, "shape": {"sphere": {"radius": 0.5}}}, "spawnPoints": [{"y": 0.5}],
              "maxForce": 800, "maxSpeed": 5}
 })";
+
+// The example's field and its car.
+std::string CarScene() {
+  std::ifstream file(TESSERA_SOURCE_DIR "/game_sdk/examples/car/scene.textproto");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return std::move(text).str();
+}
 
 // Played in virtual time: what is waited for are datagrams of this machine, never a clock.
 struct LocalWorldTest : testing::Test {
@@ -187,6 +199,61 @@ TEST_F(LocalWorldTest, ClientsOfAWorldThatIsClosedEnd) {
     (void)client.Poll(now_ns);
   }
   EXPECT_EQ(client.state(), TESSERA_ENDED);
+}
+
+// One registration: the world's is the client's, whose prediction needs no correction.
+TEST(LocalWorldMovementTest, AClientThatJoinsPredictsByTheWorldsMovement) {
+  for (const char* game : {"", "function on_tick() end"}) {
+    LocalWorld world;
+    LocalOptions options{CarScene(), game};
+    options.movement = &car_movement;
+    const Error opened = world.Open(options);
+    ASSERT_FALSE(opened) << opened.text;
+    Client client;
+    ASSERT_FALSE(client.JoinLocal(world));
+    std::int64_t now_ns = std::int64_t{3600} * 1'000'000'000;
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    bool missing = false;
+    double driven = 0;
+    while (driven < 10 && std::chrono::steady_clock::now() < limit) {
+      now_ns += 1'000'000'000 / 60;
+      ASSERT_FALSE(world.Advance(now_ns));
+      tessera_steering steering = TESSERA_STEERING;
+      steering.move[1] = 1;
+      tessera_steer(client.get(), &steering);
+      ASSERT_FALSE(client.Poll(now_ns));
+      for (const Event& event : client.TakeEvents()) missing |= event.kind == TESSERA_EVENT_MOVEMENT_MISSING;
+      for (const Body& body : client.Bodies(now_ns)) {
+        if (body.id == client.own_body()) driven = -static_cast<double>(body.position[2]);
+      }
+    }
+    EXPECT_GE(driven, 10);
+    EXPECT_FALSE(missing);
+    EXPECT_NE(client.GetStats().predicting, 0U);
+    EXPECT_EQ(world.TakeLines(), std::vector<std::string>());
+  }
+}
+
+TEST(LocalWorldMovementTest, ABadMovementIsRefusedInOneLine) {
+  const auto refusal = [](const tessera_movement& movement, const std::string& scene = CarScene()) {
+    LocalWorld world;
+    LocalOptions options{scene};
+    options.movement = &movement;
+    return world.Open(options).text;
+  };
+  tessera_movement bad = car_movement;
+  bad.abi = 8;
+  EXPECT_EQ(refusal(bad), "movement: is made for version 8 of the interface, and this is version 1");
+  bad = car_movement;
+  bad.move = nullptr;
+  EXPECT_EQ(refusal(bad), "movement car: move: is missing");
+  bad = car_movement;
+  bad.kind = "boat";
+  EXPECT_EQ(refusal(bad), "movement car: kind: the scene has no kind \"boat\"");
+  EXPECT_EQ(refusal(car_movement, R"({"name": "x", "bounds": {"max": {"x": 9, "y": 9, "z": 9}},
+      "bodies": [{"id": 2, "mass": 1, "shape": {"sphere": {"radius": 0.5}},
+                  "pose": {"position": {"x": 5, "y": 5, "z": 5}}}]})"),
+            "movement car: the scene has no player");
 }
 
 TEST_F(LocalWorldTest, WhatIsWrongWithSceneAndGameIsNamed) {

@@ -111,7 +111,7 @@ class Headers:
         if match := re.fullmatch(r"(.+?)\(\*(\w+)\)\((.*)\)", declaration):
             types = [self.argument(part)[1] for part in match[3].split(",")]
             return [(match[2], Callback(self.type_of(match[1].strip()), types))]
-        match = re.fullmatch(r"((?:const )?\w+ ?\**) ?(.+)", declaration)
+        match = re.fullmatch(r"((?:const )?(?:struct )?\w+ ?\**) ?(.+)", declaration)
         whole, named = self.type_of(match[1].strip()), []
         for name in match[2].split(","):
             extents = tuple(re.findall(r"\[([^\]]+)\]", name))

@@ -158,7 +158,7 @@ void WorkerCore::GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint 
   loading_ = false;
   if (stopping() || !order_.game) return;
   if (!bytes.ok()) return Fail(bytes.status());
-  game::GameFile file{order_.game->name, *bytes};
+  game::GameFile file{order_.game->name, *bytes, setup_.movement};
   if (const absl::Status status = game::CheckGameFile(file); !status.ok()) {
     return Fail(absl::InvalidArgumentError(absl::StrCat("game ", order_.game->path, ": ", status.message())));
   }
@@ -193,7 +193,7 @@ void WorkerCore::StateLoaded(const absl::StatusOr<region::Bytes>& bytes, TimePoi
 absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::LoadNext(const absl::StatusOr<std::string>& bytes) const {
   if (!bytes.ok()) return bytes.status();
   const OrderedGame& next = *order_.next_game;
-  const game::GameFile file{next.name, *bytes};
+  const game::GameFile file{next.name, *bytes, setup_.movement};
   if (absl::Status status = game::CheckGameFile(file); !status.ok()) return status;
   if (const std::string hash = game::GameHash(file.bytes); hash != next.hash) {
     return absl::DataLossError(absl::StrCat("game ", next.path, ": has hash ", hash, ", not ", next.hash));

@@ -56,6 +56,9 @@ struct WorkerSetup {
   // its name. Null: none.
   const tessera_game_module* game_module = nullptr;
   std::string game_module_name{};
+  // How players' inputs move bodies where an order's game is a Lua file; it is there as long as the process. Null: as
+  // the scene says.
+  const tessera_movement* movement = nullptr;
   net::VerificationKey key{};  // this process' own, to be certified
 };
 

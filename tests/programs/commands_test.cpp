@@ -91,6 +91,7 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"less /var/lib/tessera/agent/logs/", "needs a person and an installed agent"},
     {"c++ -std=c++17 -O2 -fPIC -shared", "needs a game of the reader's own; game_native_test builds one like it"},
     {"cc -O2 -ffp-contract=off", "needs a copy of the example's sources; game_native_test loads the same library"},
+    {"tessera-region --scene scene.textproto --game drive.lua", "runs until it is stopped; worker_test does it"},
     {"tessera game test drive_test.lua", "needs a game of the reader's own; game_tests_test has one like it"},
     {"tessera instance create --scene scene.json --game native:", kNativeGame},
     {"install -d /usr/local/lib/tessera/games", kNativeGame},

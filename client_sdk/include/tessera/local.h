@@ -25,12 +25,16 @@ typedef struct tessera_local_options {
   const char* game;          /* Lua; NULL: none */
   size_t game_size;          /* bytes */
   const char* game_name;     /* with which its errors begin; NULL: "game.lua" */
+  /* How players' inputs move bodies (tessera/movement.h), in the world and in the prediction of every client that joins
+   * by tessera_local_join; NULL: as the scene says. What it points to outlives the world and its clients. */
+  const struct tessera_movement* movement;
 } tessera_local_options;
 #define TESSERA_LOCAL_OPTIONS \
-  { sizeof(tessera_local_options), 0, NULL, 0, NULL, NULL, 0, NULL }
+  { sizeof(tessera_local_options), 0, NULL, 0, NULL, NULL, 0, NULL, NULL }
 
 /* Loads the scene and the game, which takes as long as they are large. TESSERA_INVALID_ARGUMENT names what is wrong
- * with them, with file, line and field; TESSERA_UNAVAILABLE: there is no socket. Every world wants tessera_local_close.
+ * with them or the movement, with file, line and field; TESSERA_UNAVAILABLE: there is no socket. Every world wants
+ * tessera_local_close.
  */
 TESSERA_API tessera_code tessera_local_world(const tessera_local_options* options, tessera_local** world);
 

@@ -27,6 +27,8 @@ struct LocalOptions {
   std::string scene_name = "scene";    // with which errors begin
   std::string game_name = "game.lua";  // likewise
   std::uint32_t snapshot_rate_hz = 0;  // 0: the scene's tick rate
+  // How players' inputs move bodies, in the world and in its clients' prediction; null: as the scene says.
+  const tessera_movement* movement = nullptr;
 };
 
 class LocalWorld {
@@ -41,6 +43,7 @@ class LocalWorld {
     given.game = options.game.empty() ? nullptr : options.game.data();
     given.game_size = options.game.size();
     given.game_name = options.game_name.c_str();
+    given.movement = options.movement;
     tessera_local* opened = nullptr;
     const Error error = Error::Of(tessera_local_world(&given, &opened));
     world_.reset(opened);

@@ -5,13 +5,13 @@
  *   static int Move(const tessera_movement_tick* tick, void* state, tessera_movement_push* push);
  *   const tessera_movement car = {sizeof car, TESSERA_MOVEMENT_ABI, "car", 1, sizeof(CarState), "car", Move, NULL};
  *
- * A worker gets it with the module of a game (tessera_game_module::movement). The tests of a game in Lua get it so, or
- * in a library of its own, whose one source file says
+ * A worker gets it with the module of a game (tessera_game_module::movement) or, for a game in Lua, in a library of its
+ * own, whose one source file says
  *
  *   TESSERA_MOVEMENT_MODULE(&car)
  *
- * A client gets it by tessera_set_movement. Both have to have the same: a client goes by it only where its name,
- * version and state_bytes are the world's.
+ * A client gets it by tessera_set_movement, and a world in the program itself by tessera_local_options::movement. All
+ * have to have the same: a client goes by it only where its name, version and state_bytes are the world's.
  *
  * It is called once a tick for each player whose inputs move a body of its kind, and the push acts in the next step. It
  * is not called for a body that is asleep while no move and no button is asked; a push other than 0 keeps a body awake.
