@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -44,9 +45,18 @@ function on_command(player, command)
   world.spawn("ball", player:body():position() + vec(0, 0.9, 0), options)
 end)lua";
 
+  // --- Set before Begin.
+  // The scene's rules for its player: here one that forces roll about.
+  std::string player =
+      "player { body { mass: 2 shape { sphere { radius: 0.5 } } } spawn_points { y: 0.5 } max_force: 40 max_speed: 5 }";
+  const tessera_movement* movement = nullptr;  // that the world and the client have; null: none
+  bool crates = true;                          // about the player, that balls bounce off
+  // The steering in the frame of this number, from 0 on; none: the player is pushed about.
+  std::function<Steering(int frame)> steers{};
+
   // Until the client plays and predicts: false where it does not within ten seconds of the world's time.
   bool Begin() {
-    auto opened = local::LocalWorld::Open({.scene = Scene(), .game = game_});
+    auto opened = local::LocalWorld::Open({.scene = Scene(), .game = game_, .movement = movement});
     if (!opened.ok()) return Fail(opened.status());
     world = *std::move(opened);
     const auto grant = world->Grant();
@@ -59,9 +69,10 @@ end)lua";
     auto joined = Client::JoinByGrant(*grant, options);
     if (!joined.ok()) return Fail(joined.status());
     client = *std::move(joined);
+    if (absl::Status status = client->SetMovement(movement); !status.ok()) return Fail(status);
     // Walking for a while, so that the clock of inputs has found its pace.
     for (int frame = 0; frame < 600; ++frame) {
-      client->Move({frame % 120 < 60 ? 20.0F : -20.0F, 0, 0}, {});
+      if (!steers) client->Move({frame % 120 < 60 ? 20.0F : -20.0F, 0, 0}, {});
       if (!Frame()) return false;
       if (frame > 240 && client->Stats().predicting) return true;
     }
@@ -71,6 +82,7 @@ end)lua";
   // A sixtieth of a second.
   bool Frame() {
     now += std::chrono::nanoseconds(1'000'000'000 / 60);
+    if (steers) client->Steer(steers(frame_++));
     if (absl::Status status = world->Advance(now); !status.ok()) return Fail(status);
     while (const auto line = world->TakeLine()) lines.push_back(line->text);
     for (const ClientEvent& event : client->Poll(now)) Take(event);
@@ -96,7 +108,7 @@ end)lua";
     if (id.ok()) balls_.push_back({*id, *id});
     return id;
   }
-  // The throw of this number, of a player who is pushed about: another way, speed and rise with each, at the ground, at
+  // The throw of this number, of a player who moves: another way, speed and rise with each, at the ground, at
   // crates and far.
   absl::StatusOr<BodyId> ThrowNumber(int number) {
     const ShownBody* const own = Find(client->own_body());
@@ -105,7 +117,7 @@ end)lua";
       if (std::abs(from_middle) > 8) up = from_middle < 0;
       return up ? 25.0F : -25.0F;
     };
-    client->Move({push(at.x, number % 6 < 3), 0, push(at.z, number % 4 < 2)}, {});
+    if (!steers) client->Move({push(at.x, number % 6 < 3), 0, push(at.z, number % 4 < 2)}, {});
     const double angle = 0.785 * number + 0.1 * (number % 7), speed = 4 + 2.5 * (number % 5);
     return Throw({speed * std::cos(angle), -3.0 + 2.0 * (number % 4), speed * std::sin(angle)});
   }
@@ -136,8 +148,8 @@ end)lua";
     BodyId thrown, id;  // as it was called first, and as it is called now
   };
 
-  // A floor, and crates about the player that balls bounce off.
-  static std::string Scene() {
+  // A floor, the player and, about it, the crates.
+  std::string Scene() const {
     std::string scene =
         R"(name: "yard" bounds { min { x: -60 y: -5 z: -60 } max { x: 60 y: 60 z: 60 } } tick_rate_hz: 60
       materials { name: "ground" friction: 0.6 restitution: 0.3 }
@@ -147,9 +159,9 @@ end)lua";
       prefabs { name: "ball" bodies { mass: 0.5 material: "rubber" shape { sphere { radius: 0.15 } } } }
       prefabs { name: "pair" bodies { mass: 1 shape { sphere { radius: 0.1 } } }
                 bodies { mass: 1 shape { sphere { radius: 0.1 } } pose { position { x: 1 } } }
-                joints { body_a: 1 body_b: 2 fixed {} frame_a { position { x: 1 } } } }
-      player { body { mass: 2 shape { sphere { radius: 0.5 } } } spawn_points { y: 0.5 } max_force: 40 max_speed: 5 })";
-    for (int i = 0; i < 8; ++i) {
+                joints { body_a: 1 body_b: 2 fixed {} frame_a { position { x: 1 } } } })";
+    absl::StrAppend(&scene, "\n", player);
+    for (int i = 0; crates && i < 8; ++i) {
       const double angle = i * 0.785;
       absl::StrAppend(&scene, "\nbodies { id: ", 10 + i, " mass: 20 pose { position { x: ", 4 * std::cos(angle),
                       " y: 0.5 z: ", 4 * std::sin(angle),
@@ -181,6 +193,7 @@ end)lua";
 
   NetworkConditions network_;
   std::string game_;
+  int frame_ = 0;
   bool begun_ = false;
   std::vector<Ball> balls_;
   std::vector<double> jumps_;

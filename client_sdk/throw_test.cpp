@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client_sdk/throw_stage.h"
+#include "game_sdk/examples/car/car_movement.h"
 
 namespace tessera::client {
 namespace {
@@ -79,6 +80,62 @@ TEST(ThrowTest, OneWhoStandsStillThrowsAsWell) {
   EXPECT_EQ(stage.taken(), 10U);
   EXPECT_LT(P99(stage.jumps()), 0.02) << testing::PrintToString(stage.jumps());
   EXPECT_EQ(stage.missing() + stage.doubled() + stage.lost(), 0U);
+}
+
+// Throws while it moves; each ball is drawn once, from the first frame on, and goes on as the server's.
+void ThrowAndExpectNoJump(ThrowStage& stage, double least_way_m) {
+  ASSERT_TRUE(stage.Begin()) << stage.error;
+  constexpr int kThrows = 40;
+  Vec3d before = stage.Find(stage.client->own_body())->pose.position;
+  double way_m = 0;
+  for (int i = 0; i < kThrows; ++i) {
+    const auto thrown = stage.ThrowNumber(i);
+    ASSERT_TRUE(thrown.ok()) << thrown.status();
+    ASSERT_TRUE(stage.Run(0.4)) << stage.error;
+    ASSERT_NE(stage.Find(stage.client->own_body()), nullptr);
+    const Vec3d at = stage.Find(stage.client->own_body())->pose.position;
+    way_m += Length(at - before);
+    before = at;
+  }
+  ASSERT_TRUE(stage.Run(1)) << stage.error;
+  EXPECT_GT(way_m, least_way_m) << "it has moved";
+  EXPECT_EQ(stage.taken(), std::size_t{kThrows}) << testing::PrintToString(stage.lines);
+  EXPECT_LT(P99(stage.jumps()), 0.02) << testing::PrintToString(stage.jumps());
+  EXPECT_EQ(stage.missing() + stage.doubled() + stage.lost(), 0U) << testing::PrintToString(stage.why_lost);
+  EXPECT_THAT(stage.lines, IsEmpty());
+}
+
+TEST(ThrowTest, ACharacterThrowsWhileItWalksRunsAndJumps) {
+  ThrowStage stage(kFar);
+  stage.player =
+      "player { body { mass: 80 shape { capsule { radius: 0.3 half_height: 0.25 } } } spawn_points { y: 0.55 } "
+      "character { walk_speed: 3 run_speed: 5 jump_speed: 4 } }";
+  stage.steers = [](int frame) {
+    Steering steering;
+    steering.move = {0, 1};
+    steering.yaw_rad = 0.785F * static_cast<float>(frame / 50 % 8) - 3;
+    steering.buttons = (frame % 90 < 20 ? 1U : 0U) | (frame % 200 < 100 ? 2U : 0U);
+    return steering;
+  };
+  ThrowAndExpectNoJump(stage, 30);
+}
+
+// By the game's own movement, which the client predicts by as well.
+TEST(ThrowTest, ADriverThrowsOutOfACarThatMoves) {
+  ThrowStage stage(kFar);
+  stage.player =
+      "player { body { kind: \"car\" mass: 1200 shape { box { half_extents { x: 0.9 y: 0.3 z: 2 } } } } "
+      "spawn_points { y: 1 } max_force: 1 max_speed: 50 }";
+  stage.movement = &car_movement;
+  stage.crates = false;  // it would push them before itself
+  // To and fro, in bends.
+  stage.steers = [](int frame) {
+    Steering steering;
+    const int part = frame % 240;
+    steering.move = {frame % 100 < 50 ? 0.5F : -0.4F, part < 60 || part >= 180 ? 0.7F : -0.7F};
+    return steering;
+  };
+  ThrowAndExpectNoJump(stage, 15);
 }
 
 TEST(ThrowTest, LossDelaysAndDoublesNothing) {

@@ -54,8 +54,12 @@ class TalkModel {
     };
   }
 
-  // False: as many wait as may.
-  bool Give(std::string_view bytes) { return commands_.Push(bytes).ok(); }
+  // False: as many wait as may. `with_input`: the input that it goes with; 0: none.
+  bool Give(std::string_view bytes, std::uint32_t with_input = 0) {
+    return commands_.Push(bytes, /*shown_at=*/0, with_input).ok();
+  }
+  // The number that the next command gets; nothing before a region has spoken.
+  std::optional<std::uint32_t> next() const { return commands_.next(); }
   std::size_t pending() const { return commands_.pending(); }
   // A region took a command for the first time, as far as it knew.
   std::function<void(SimulatedRegion&, std::string_view)> on_taken;
@@ -102,8 +106,8 @@ class TalkModel {
       worker->region().AcknowledgeEvents(player_, message->last_event);
       std::uint32_t number = message->base;
       for (const replication::Command& command : message->commands) {
-        const absl::Status status =
-            worker->region().TakeCommand(player_, {message->base, number++, command.bytes, command.shown_at});
+        const absl::Status status = worker->region().TakeCommand(
+            player_, {message->base, number++, command.bytes, command.shown_at, command.with_input});
         if (status.ok() && on_taken) on_taken(*worker, command.bytes);
         if (absl::IsAlreadyExists(status)) ++repeated_;
       }
