@@ -76,6 +76,14 @@ absl::Status CheckOrder(const v1::WorkerOrder& order) {
       return absl::InvalidArgumentError(absl::StrCat("order: ", name.message()));
     }
   }
+  if (!order.movement_name().empty()) {
+    if (!IsHash(order.movement_hash())) {
+      return absl::InvalidArgumentError("order: movement_hash must be 64 hexadecimal digits");
+    }
+    if (absl::Status name = game::CheckModuleName(order.movement_name()); !name.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat("order: movement_name: ", name.message()));
+    }
+  }
   if (order.has_next_game() && !IsHash(order.next_game().hash())) {
     return absl::InvalidArgumentError("order: next_game.hash must be 64 hexadecimal digits");
   }

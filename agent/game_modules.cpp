@@ -36,12 +36,17 @@ v1::GameModule ReadDescription(const std::string& name, const std::vector<std::s
   const std::string about = absl::StrCat("game module ", name);
   for (const std::string& line : lines) {
     std::istringstream words(line);
-    std::string game, kind, named, abi_word, hash_word, hash;
+    std::string game, kind, named, abi_word, hash_word, hash, with_word, with;
     std::uint32_t abi = 0;
     if (!(words >> game >> kind >> named >> abi_word >> abi >> hash_word >> hash)) continue;
     if (absl::StrCat(game, " ", kind, " ", named) != about || !game::IsModuleHash(hash) || !ended_well) continue;
     module.set_abi(abi);
     module.set_hash(hash);
+    // A worker's program of an earlier release says no more, and loads games alone.
+    if (words >> with_word >> with && with_word == "with") {
+      module.set_no_game(with == "movement");
+      module.set_movement(with != "game");
+    }
     return module;
   }
   absl::string_view why = lines.empty() ? absl::string_view(end) : absl::string_view(lines.back());

@@ -47,6 +47,24 @@ TEST_F(GameModulesTest, AreListedByNameWithBuildAndInterface) {
   EXPECT_FALSE(modules_.Scan()) << "nothing has changed";
 }
 
+TEST_F(GameModulesTest, EachIsListedWithWhatItHas) {
+  const auto with = [](const std::string& name, const std::string& what) {
+    std::string line = GoodModule(name, kBuildA);
+    line.insert(line.size() - 1, " with " + what);
+    return line;
+  };
+  Write("both.so", with("both", "both"));
+  Write("car.so", with("car", "movement"));
+  Write("game.so", with("game", "game"));
+  Write("old.so", GoodModule("old", kBuildA));
+  ASSERT_TRUE(modules_.Scan());
+  ASSERT_EQ(modules_.list().modules_size(), 4);
+  EXPECT_TRUE(module(0).movement() && !module(0).no_game());
+  EXPECT_TRUE(module(1).movement() && module(1).no_game());
+  EXPECT_TRUE(!module(2).movement() && !module(2).no_game());
+  EXPECT_TRUE(!module(3).movement() && !module(3).no_game()) << "of an earlier worker's program";
+}
+
 TEST_F(GameModulesTest, AFileThatIsReplacedIsDescribedAgainAndOneThatIsGoneIsLeftOut) {
   Write("arena.so", GoodModule("arena", kBuildA));
   ASSERT_TRUE(modules_.Scan());

@@ -73,6 +73,37 @@ TEST_F(NativeOrdersTest, TheGameIsTakenFromTheHostsFolderAndNotFetched) {
   EXPECT_EQ(orders_[0].game_path(), "/games/arena.so");
 }
 
+TEST_F(NativeOrdersTest, AMovementIsTakenFromTheHostsFolderBesideAGameThatIsFetched) {
+  order_.set_game_native(false);
+  order_.set_game_name("drive.lua");
+  order_.set_movement_name("car");
+  order_.set_movement_hash(std::string(64, 'd'));
+  Start();
+  ASSERT_EQ(exits_.size(), 1U);
+  EXPECT_EQ(exits_[0].reason(), "this host's agent has no --game-modules, and the world runs native:car@dddddddd");
+  supervisor_.SetModuleFolder("/games");
+  order_.set_incarnation(12);
+  order_.set_movement_hash("feed");
+  Start();
+  ASSERT_EQ(exits_.size(), 2U);
+  EXPECT_EQ(exits_[1].reason(), "order: movement_hash must be 64 hexadecimal digits");
+  order_.set_incarnation(13);
+  order_.set_movement_hash(std::string(64, 'd'));
+  Start();
+  ASSERT_EQ(fetched_.size(), 2U) << "scene and game";
+  for (const Content& content : fetched_) {
+    supervisor_.ContentReady(content, content.kind == ContentKind::kScene ? "/scene.pb" : "/drive.game");
+  }
+  v1::WorkerReport report;
+  *report.mutable_identity() = IdentityOf({"inst-1", 1, 13});
+  report.mutable_identity()->set_pid(kPid);
+  ASSERT_TRUE(supervisor_.Attached(report, kPid).ok());
+  Carry();
+  ASSERT_EQ(orders_.size(), 1U);
+  EXPECT_EQ(orders_[0].movement_path(), "/games/car.so");
+  EXPECT_EQ(orders_[0].game_path(), "/drive.game");
+}
+
 TEST_F(NativeOrdersTest, AnAgentWithoutAFolderRefusesByName) {
   Start();
   ASSERT_EQ(exits_.size(), 1U);

@@ -52,6 +52,13 @@ void NoteDeathInGame(v1::WorkerExited& exited) {
   }
 }
 
+// The library of this host's that the order needs, for people; empty: none.
+std::string LibraryOf(const v1::WorkerOrder& order) {
+  if (order.game_native()) return game::NativeGameText(order.game_name(), order.game_hash());
+  if (order.movement_name().empty()) return "";
+  return game::NativeGameText(order.movement_name(), order.movement_hash());
+}
+
 std::string ReasonOf(const host::ExitStatus& status) {
   return status.Describe() + (status.known ? "" : ", since an earlier agent had started it");
 }
@@ -126,9 +133,8 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
       KeepExit(key, NeverStarted(key, reason), ExitResult::kError);
       return outcome("refused: " + reason);
     }
-    if (order.game_native() && module_folder_.empty() && !order.stop()) {
-      std::string reason = absl::StrCat("this host's agent has no --game-modules, and the world runs ",
-                                        game::NativeGameText(order.game_name(), order.game_hash()));
+    if (const std::string library = LibraryOf(order); !library.empty() && module_folder_.empty() && !order.stop()) {
+      std::string reason = absl::StrCat("this host's agent has no --game-modules, and the world runs ", library);
       KeepExit(key, NeverStarted(key, reason), ExitResult::kError);
       return outcome("refused: " + reason);
     }
@@ -247,6 +253,9 @@ bool Supervisor::SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder&
     order.set_game_path(absl::StrCat(module_folder_, "/", order.game_name(), ".so"));
   } else if (!order.game_hash().empty()) {
     order.set_game_path(path_of(ContentKind::kGame, order.game_hash()));
+  }
+  if (!order.movement_name().empty()) {
+    order.set_movement_path(absl::StrCat(module_folder_, "/", order.movement_name(), ".so"));
   }
   if (order.has_next_game()) {
     v1::NextGame& next = *order.mutable_next_game();

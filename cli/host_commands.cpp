@@ -45,10 +45,17 @@ TableRow HostRow(const v1::Host& host) {
 
 const TableRow kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
 
+// An agent of an earlier release lists games, and does not say whether they have a movement.
+std::string PartsOf(const v1::GameModule& module) {
+  if (!module.failure().empty()) return "-";
+  if (module.no_game()) return "movement";
+  return module.movement() ? "game+movement" : "game";
+}
+
 std::string ModuleTable(const v1::Host& host) {
-  std::vector<TableRow> rows{{"GAME-MODULE", "ABI", "SHA-256", "PROBLEM"}};
+  std::vector<TableRow> rows{{"GAME-MODULE", "HAS", "ABI", "SHA-256", "PROBLEM"}};
   for (const v1::GameModule& module : host.game_modules()) {
-    rows.push_back({module.name(), module.abi() == 0 ? "-" : std::to_string(module.abi()),
+    rows.push_back({module.name(), PartsOf(module), module.abi() == 0 ? "-" : std::to_string(module.abi()),
                     module.hash().empty() ? "-" : module.hash(), module.failure().empty() ? "-" : module.failure()});
   }
   return FormatTable(rows);

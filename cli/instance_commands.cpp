@@ -23,7 +23,7 @@ namespace {
 struct InstanceOptions {
   std::string id;
   std::string scene;
-  std::string game;
+  std::string game, movement;
   std::uint32_t regions = 1;
   std::uint32_t players = 0;
   std::uint32_t snapshot_rate_hz = 0;
@@ -59,6 +59,7 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
   }
   *spec.mutable_scene() = std::move(loaded.message);
   if (!options.game.empty()) local::SetGame(options.game, spec);
+  if (!options.movement.empty()) local::SetMovement(options.movement, spec);
   spec.set_regions(options.regions);
   spec.set_expected_players(options.players);
   spec.set_snapshot_rate_hz(options.snapshot_rate_hz);
@@ -181,6 +182,9 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--game", options->game,
                      "Lua file that the world's regions run, or native:NAME[@SHA256], a shared library that hosts "
                      "have; left out: none");
+  create->add_option("--movement", options->movement,
+                     "native:NAME[@SHA256], a shared library that hosts have, with a movement for the players of a Lua "
+                     "game; left out: none");
   create->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->capture_default_str();
   create->add_option("--players", options->players, "Start when so many players are in; 0: at once")
       ->capture_default_str();

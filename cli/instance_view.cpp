@@ -21,7 +21,9 @@ v1::Instance GetInstance(local::Connection& connection, const std::string& comma
 std::string GameOf(const v1::Instance& instance) {
   if (instance.game_hash().empty()) return "-";
   if (instance.game_native()) return game::NativeGameText(instance.game_name(), instance.game_hash());
-  return fmt::format("{} ({})", instance.game_name(), instance.game_hash().substr(0, 12));
+  const std::string file = fmt::format("{} ({})", instance.game_name(), instance.game_hash().substr(0, 12));
+  if (!instance.has_movement()) return file;
+  return fmt::format("{} with {}", file, game::NativeGameText(instance.movement().name(), instance.movement().hash()));
 }
 
 std::string SummaryLine(const v1::Instance& instance) {

@@ -106,6 +106,11 @@ void SetGame(const v1::WorkerOrder& newest, records::Instance& next) {
   next.set_game_name(newest.game_name());
   next.set_game_hash(newest.game_hash());
   next.set_game_native(newest.game_native());
+  next.clear_movement();
+  if (!newest.movement_name().empty()) {
+    next.mutable_movement()->set_name(newest.movement_name());
+    next.mutable_movement()->set_hash(newest.movement_hash());
+  }
   next.mutable_games()->clear_next();
 }
 

@@ -196,6 +196,7 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
     if (game == nullptr) return absl::InvalidArgumentError("file: has no game");
     create.mutable_spec()->mutable_game()->set_name(manifest.game_name());
     create.mutable_spec()->mutable_game()->set_content(*game);
+    if (manifest.has_movement()) *create.mutable_spec()->mutable_movement() = manifest.movement();
   }
   create.mutable_spec()->set_regions(static_cast<std::uint32_t>(map->regions().size()));
   create.mutable_spec()->set_snapshot_rate_hz(manifest.snapshot_rate_hz());

@@ -25,14 +25,23 @@ bool WasPlaced(const records::Instance& record, const std::string& host_id, std:
   return std::any_of(placements.begin(), placements.end(), it_is) || std::any_of(dead.begin(), dead.end(), it_is);
 }
 
+// The one that the world runs: of its game, or of its movement.
+v1::NativeGame LibraryOf(const records::Instance& record) {
+  if (record.has_movement()) return record.movement();
+  v1::NativeGame library;
+  library.set_name(record.game_name());
+  library.set_hash(record.game_hash());
+  return library;
+}
+
 }  // namespace
 
 std::optional<records::Instance> CountGameDeath(const records::Instance& record, std::uint64_t newest_tick,
                                                 const records::Host& host, const v1::WorkerExited& exited) {
   const std::uint64_t incarnation = exited.identity().incarnation();
   const auto& counted = record.game_deaths().incarnations();
-  if (!record.game_native() || exited.died_in_game().empty() || !WantsWorkers(record.state()) ||
-      std::find(counted.begin(), counted.end(), incarnation) != counted.end() ||
+  if ((!record.game_native() && !record.has_movement()) || exited.died_in_game().empty() ||
+      !WantsWorkers(record.state()) || std::find(counted.begin(), counted.end(), incarnation) != counted.end() ||
       !WasPlaced(record, host.id(), incarnation)) {
     return std::nullopt;
   }
@@ -45,7 +54,7 @@ std::optional<records::Instance> CountGameDeath(const records::Instance& record,
   deaths.add_incarnations(incarnation);
   deaths.set_tick(newest_tick);
   absl::string_view where = exited.died_in_game();
-  absl::ConsumePrefix(&where, absl::StrCat(record.game_name(), ": "));
+  absl::ConsumePrefix(&where, absl::StrCat(LibraryOf(record).name(), ": "));
   deaths.set_last(OneLine(absl::StrCat("region ", exited.identity().region(), " on ", host.name(), ": ", where),
                           kMaxReasonBytes / 2));
   return next;
@@ -55,7 +64,8 @@ std::optional<records::Instance> FailedByGame(const records::Instance& record, N
   const records::GameDeaths& deaths = record.game_deaths();
   if (record.state() != v1::INSTANCE_STATE_RUNNING || deaths.incarnations_size() < kMaxGameDeaths) return std::nullopt;
   const std::string why =
-      absl::StrCat("its game ", game::NativeGameText(record.game_name(), record.game_hash()), " crashed ",
+      absl::StrCat(record.has_movement() ? "the movement " : "its game ",
+                   game::NativeGameText(LibraryOf(record).name(), LibraryOf(record).hash()), " crashed ",
                    deaths.incarnations_size(), " workers in a row, the last one that of ", deaths.last());
   records::Instance next = Failed(record, why, now);
   AddEvent(next, now, absl::StrCat("stopped: ", why));

@@ -93,17 +93,35 @@ absl::Status PlanBorders(const v1::BorderSettings& asked, InstancePlan& plan) {
   return absl::OkStatus();
 }
 
+absl::Status CheckModule(const char* field, const v1::NativeGame& module) {
+  if (absl::Status status = game::CheckModuleName(module.name()); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(field, ".name: ", status.message()));
+  }
+  if (!module.hash().empty() && !game::IsModuleHash(module.hash())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, ".hash: must be 64 lower-case hexadecimal digits, or left out"));
+  }
+  return absl::OkStatus();
+}
+
+// The movement itself is with the hosts, whose workers hold it against the scene.
+absl::Status PlanMovement(const v1::InstanceSpec& spec, const Scene& scene, InstancePlan& plan) {
+  if (!spec.has_movement()) return absl::OkStatus();
+  if (!spec.has_game()) {
+    return absl::InvalidArgumentError("spec.movement: stands beside a game in Lua, and spec.game is missing");
+  }
+  if (!scene.player) return absl::InvalidArgumentError("spec.movement: the scene has no player");
+  if (absl::Status status = CheckModule("spec.movement", spec.movement()); !status.ok()) return status;
+  plan.movement = spec.movement();
+  return absl::OkStatus();
+}
+
 absl::Status PlanNativeGame(const v1::InstanceSpec& spec, InstancePlan& plan) {
   if (spec.has_game()) {
     return absl::InvalidArgumentError("spec.native_game: spec.game is there too, and a world runs one game");
   }
   const v1::NativeGame& game = spec.native_game();
-  if (absl::Status status = game::CheckModuleName(game.name()); !status.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat("spec.native_game.name: ", status.message()));
-  }
-  if (!game.hash().empty() && !game::IsModuleHash(game.hash())) {
-    return absl::InvalidArgumentError("spec.native_game.hash: must be 64 lower-case hexadecimal digits, or left out");
-  }
+  if (absl::Status status = CheckModule("spec.native_game", game); !status.ok()) return status;
   plan.game_name = game.name();
   plan.game_hash = game.hash();
   plan.game_native = true;
@@ -172,6 +190,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   if (absl::Status status = PlanLife(spec, plan); !status.ok()) return status;
   if (absl::Status status = PlanBorders(spec.borders(), plan); !status.ok()) return status;
   if (absl::Status status = PlanGame(spec, loaded->scene, plan); !status.ok()) return status;
+  if (absl::Status status = PlanMovement(spec, scene, plan); !status.ok()) return status;
   plan.request_id = request.request_id();
   plan.scene_name = scene.name;
   plan.scene_hash = loaded->hash;

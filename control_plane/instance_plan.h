@@ -24,6 +24,8 @@ struct InstancePlan {
   std::string game_name;     // empty: it runs none
   std::string game_hash;     // empty for a native one: the build that the hosts have
   bool game_native = false;  // it is a shared library of the hosts', of this name
+  // A shared library of the hosts' with a movement for the players of a game in Lua; its hash may be empty.
+  std::optional<v1::NativeGame> movement;
   Contents contents;
   std::uint32_t tick_rate_hz = 0;
   std::uint32_t snapshot_rate_hz = 0;

@@ -68,6 +68,30 @@ TEST(InstancePlanTest, ANativeGameIsKnownByItsNameAndHasNoFile) {
   EXPECT_THAT(RefusalOf(request), StartsWith("spec.native_game.name: "));
 }
 
+TEST(InstancePlanTest, AMovementStandsBesideAGameInLua) {
+  v1::CreateInstanceRequest request = RequestWithGame("x = 1");
+  request.mutable_spec()->mutable_movement()->set_name("car");
+  request.mutable_spec()->mutable_scene()->clear_player();
+  EXPECT_EQ(RefusalOf(request), "spec.movement: the scene has no player");
+  v1::PlayerRules& player = *request.mutable_spec()->mutable_scene()->mutable_player();
+  player.mutable_body()->set_mass(80);
+  player.mutable_body()->mutable_shape()->mutable_sphere()->set_radius(0.5);
+  player.add_spawn_points()->set_y(1);
+  player.set_max_force(1);
+  player.set_max_speed(5);
+  const auto plan = PlanInstance(request);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  ASSERT_TRUE(plan->movement.has_value());
+  EXPECT_EQ(plan->movement->name(), "car");
+  EXPECT_FALSE(plan->game_native);
+  request.mutable_spec()->mutable_movement()->set_hash("feed");
+  EXPECT_THAT(RefusalOf(request), StartsWith("spec.movement.hash: "));
+  request.mutable_spec()->mutable_movement()->set_name("../car");
+  EXPECT_THAT(RefusalOf(request), StartsWith("spec.movement.name: "));
+  request.mutable_spec()->clear_game();
+  EXPECT_EQ(RefusalOf(request), "spec.movement: stands beside a game in Lua, and spec.game is missing");
+}
+
 TEST(InstancePlanTest, AGameThatDoesNotLoadIsRefusedByFileAndLine) {
   EXPECT_THAT(RefusalOf(RequestWithGame("local n = 1\nfunction on_tick(\n")), StartsWith("game.lua:3: "));
   EXPECT_THAT(RefusalOf(RequestWithGame("\nwhile true do end")), StartsWith("game.lua:2: too much work"));

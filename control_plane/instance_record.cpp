@@ -37,6 +37,7 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   record.set_game_name(plan.game_name);
   record.set_game_hash(plan.game_hash);
   record.set_game_native(plan.game_native);
+  if (plan.movement) *record.mutable_movement() = *plan.movement;
   record.set_tick_rate_hz(plan.tick_rate_hz);
   record.set_expected_players(plan.expected_players);
   record.set_start_deadline_ms(plan.start_deadline.count());
@@ -89,6 +90,8 @@ records::Instance RestoredFrom(const records::Instance& record, const records::M
     next.set_game_name(manifest.game_name());
     next.set_game_hash(manifest.game_hash());
     next.set_game_native(manifest.game_native());
+    next.clear_movement();
+    if (manifest.has_movement()) *next.mutable_movement() = manifest.movement();
   }
   FollowRestore(record, manifest.tick(), next);
   next.clear_games();

@@ -40,4 +40,16 @@ void SetGame(const std::string& game, v1::InstanceSpec& spec) {
   spec.mutable_native_game()->set_hash(native->hash);
 }
 
+void SetMovement(const std::string& movement, v1::InstanceSpec& spec) {
+  if (!game::IsNativeGame(movement)) {
+    throw CommandError(fmt::format("--movement {}: must be native:NAME, a shared library that hosts have", movement));
+  }
+  const auto native = game::ParseNativeGame(movement);
+  if (!native.ok()) {
+    throw CommandError(fmt::format("--movement {}: {}", movement, std::string(native.status().message())));
+  }
+  spec.mutable_movement()->set_name(native->name);
+  spec.mutable_movement()->set_hash(native->hash);
+}
+
 }  // namespace tessera::local

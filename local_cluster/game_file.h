@@ -15,4 +15,7 @@ v1::GameSource LoadGame(const std::string& path);
 // names what is wrong with such a name.
 void SetGame(const std::string& game, v1::InstanceSpec& spec);
 
+// The movement beside a new world's Lua file, "native:NAME" or "native:NAME@SHA256". CommandError: it is no such name.
+void SetMovement(const std::string& movement, v1::InstanceSpec& spec);
+
 }  // namespace tessera::local

@@ -56,16 +56,19 @@ bool IntoSandbox(const tessera::worker::WorkerOptions& options) {
   return true;
 }
 
-// "game module arena abi 1 hash 9f86d0...": for an agent, which loads no library itself, because one that crashes as it
-// is loaded ends the process.
+// "game module arena abi 1 hash 9f86d0... with game", or "with movement", or "with both": for an agent, which loads no
+// library itself, because one that crashes as it is loaded ends the process.
 int DescribeModule(const std::filesystem::path& path) {
   const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
-  const auto module = tessera::game::NativeModule::Load(folder, path.stem().string());
+  const auto module = tessera::game::NativeModule::LoadAny(folder, path.stem().string());
   if (!module.ok()) {
     return Exit(tessera::worker::kExitFailure, "tessera-region: " + std::string(module.status().message()) + "\n");
   }
-  return Exit(tessera::worker::kExitOk, "game module " + (*module)->name() + " abi " +
-                                            std::to_string(TESSERA_GAME_ABI) + " hash " + (*module)->hash() + "\n");
+  const bool moves = (*module)->movement() != nullptr;
+  const std::string with = !(*module)->is_game() ? "movement" : moves ? "both" : "game";
+  const int abi = (*module)->is_game() ? TESSERA_GAME_ABI : TESSERA_MOVEMENT_ABI;
+  return Exit(tessera::worker::kExitOk, "game module " + (*module)->name() + " abi " + std::to_string(abi) + " hash " +
+                                            (*module)->hash() + " with " + with + "\n");
 }
 
 }  // namespace

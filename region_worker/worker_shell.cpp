@@ -233,6 +233,14 @@ void WorkerShell::Do(const RequestModule& action) {
   core_->ModuleLoaded(&(*module)->module(), Clock::now());
 }
 
+void WorkerShell::Do(const RequestMovement& action) {
+  const std::string folder = std::filesystem::path(action.path).parent_path().string();
+  const auto module = game::NativeModule::LoadMovement(folder, action.name, action.hash);
+  if (!module.ok()) return core_->MovementLoaded(module.status(), Clock::now());
+  spdlog::info("movement loaded name={} hash={}", (*module)->name(), (*module)->hash());
+  core_->MovementLoaded((*module)->movement(), Clock::now());
+}
+
 void WorkerShell::Do(const RequestState& action) { core_->StateLoaded(ReadStateFile(action.path), Clock::now()); }
 
 void WorkerShell::Do(WriteCheckpoint& action) {

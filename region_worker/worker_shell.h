@@ -56,6 +56,7 @@ class WorkerShell {
   void Do(const RequestScene& action);
   void Do(const RequestGame& action);
   void Do(const RequestModule& action);
+  void Do(const RequestMovement& action);
   void Do(const RequestState& action);
   void Do(WriteCheckpoint& action);
   void Do(const OpenPorts& action);

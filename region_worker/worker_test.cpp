@@ -172,7 +172,12 @@ std::string Describe(const std::string& name, int status) {
 TEST(WorkerModuleTest, DescribesALibraryForItsAgentOnOneLine) {
   const std::string said = Describe("fountain", kExitOk);
   EXPECT_EQ(said.find("game module fountain abi 1 hash "), 0U) << said;
-  EXPECT_EQ(said.size(), std::string("game module fountain abi 1 hash ").size() + 65) << said;
+  EXPECT_EQ(said.size(), std::string("game module fountain abi 1 hash  with game\n").size() + 64) << said;
+  EXPECT_NE(said.find(" with game\n"), std::string::npos) << said;
+  const std::string alone = Describe("car_alone", kExitOk);
+  EXPECT_EQ(alone.find("game module car_alone abi 1 hash "), 0U) << alone;
+  EXPECT_NE(alone.find(" with movement\n"), std::string::npos) << alone;
+  EXPECT_NE(Describe("car", kExitOk).find(" with both\n"), std::string::npos);
 }
 
 TEST(WorkerModuleTest, DescribesWhyALibraryCannotRunHere) {

@@ -18,19 +18,24 @@
 namespace tessera::control {
 namespace {
 
-absl::Status NativeGameError(const absl::Status& status) {
-  return {status.code(), absl::StrCat("spec.native_game: ", status.message())};
+absl::Status ModuleError(const InstancePlan& plan, const absl::Status& status) {
+  return {status.code(), absl::StrCat(plan.game_native ? "spec.native_game: " : "spec.movement: ", status.message())};
 }
 
-// The needs that each region of a new instance has. A native game of any build gets the one that the hosts have.
+// The needs that each region of a new instance has. A library of any build gets the one that the hosts have.
 absl::StatusOr<RegionNeeds> NeedsOfPlan(const ClusterState& state, const InstancePlan& plan) {
   RegionNeeds needs{.threads = plan.region_threads};
-  if (!plan.game_native) return needs;
-  needs.module = plan.game_name;
-  needs.build = plan.game_hash;
-  if (!needs.build.empty()) return needs;
-  auto build = BuildOfModule(state, needs.module);
-  if (!build.ok()) return NativeGameError(build.status());
+  if (plan.game_native) {
+    needs.module = plan.game_name;
+    needs.build = plan.game_hash;
+  } else if (plan.movement) {
+    needs.module = plan.movement->name();
+    needs.build = plan.movement->hash();
+    needs.movement = true;
+  }
+  if (needs.module.empty() || !needs.build.empty()) return needs;
+  auto build = BuildOfModule(state, needs);
+  if (!build.ok()) return ModuleError(plan, build.status());
   needs.build = *std::move(build);
   return needs;
 }
@@ -183,10 +188,11 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
   const auto needs = NeedsOfPlan(*state_, plan);
   if (!needs.ok()) return needs.status();
   const auto placed = PlaceAnew(*state_, plan.map, *needs, nullptr, settings_.failover_after, now);
-  if (absl::IsFailedPrecondition(placed.status())) return NativeGameError(placed.status());
+  if (absl::IsFailedPrecondition(placed.status())) return ModuleError(plan, placed.status());
   if (!placed.ok()) return placed.status();
   records::Instance record = NewInstance(plan, *placed, now);
   if (plan.game_native) record.set_game_hash(needs->build);
+  if (plan.movement) record.mutable_movement()->set_hash(needs->build);
   if (validate_only) {
     InstanceEntry draft;
     draft.record = std::move(record);

@@ -25,6 +25,7 @@ class ClusterNativeTest : public ::testing::Test {
     module.set_name("arena");
     module.set_hash(build);
     module.set_abi(1);
+    module.set_movement(true);
     harness_.Send(agent, message);
     EXPECT_NE(agent.stream, 0U) << "the message was refused";
   }
@@ -35,8 +36,20 @@ class ClusterNativeTest : public ::testing::Test {
     plan.game_native = true;
     return plan;
   }
-  std::string Run(std::uint32_t regions) {
-    const std::string id = Create(harness_, Plan(regions));
+  // A game in Lua with the library's movement.
+  static InstancePlan PlanMoving(std::uint32_t regions, const std::string& build = "") {
+    InstancePlan plan = TestPlan(regions);
+    plan.game_name = "drive.lua";
+    plan.game_hash = std::string(64, 'c');
+    plan.contents.game = "x = 1";
+    plan.movement.emplace();
+    plan.movement->set_name("arena");
+    plan.movement->set_hash(build);
+    return plan;
+  }
+  std::string Run(std::uint32_t regions) { return Run(Plan(regions)); }
+  std::string Run(const InstancePlan& plan) {
+    const std::string id = Create(harness_, plan);
     harness_.Run(seconds(1));
     EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
     return id;
@@ -156,6 +169,32 @@ TEST_F(ClusterNativeTest, AMinuteOfStepsForgives) {
     harness_.Run(seconds(65));
     EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << region;
   }
+}
+
+TEST_F(ClusterNativeTest, AMovementIsNeededAndOrderedAsANativeGameIs) {
+  AddHost("alpha", kBuildA);
+  FakeHost& beta = AddHost("beta", "");
+  AddHost("gamma", kBuildA);
+  const std::string id = Run(PlanMoving(4));
+  EXPECT_TRUE(beta.fake.workers.empty());
+  const v1::WorkerOrder& order = harness_.AgentOf(id, 1).fake.workers.at({id, 1}).order;
+  EXPECT_FALSE(order.game_native());
+  EXPECT_EQ(order.game_name(), "drive.lua");
+  EXPECT_EQ(order.movement_name(), "arena");
+  EXPECT_EQ(order.movement_hash(), kBuildA) << "the build that the hosts have";
+  EXPECT_EQ(harness_.Get(id).movement().hash(), kBuildA);
+  for (const std::uint32_t region : {1, 2, 3}) {
+    DieInGame(id, region);
+    harness_.Run(seconds(3));
+  }
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(harness_.Get(id).reason(), HasSubstr("the movement native:arena@aaaaaaaa crashed 3 workers in a row"));
+}
+
+TEST_F(ClusterNativeTest, AMovementThatNoHostHasIsRefusedByItsField) {
+  AddHost("alpha", kBuildB);
+  EXPECT_EQ(Refusal(PlanMoving(1, kBuildA)),
+            "spec.movement: no host that takes regions has native:arena@aaaaaaaa: alpha (has build bbbbbbbb)");
 }
 
 TEST_F(ClusterNativeTest, OtherDeathsDoNotCount) {

@@ -28,6 +28,8 @@ std::string LackOf(const HostEntry& host, const RegionNeeds& needs) {
   const v1::GameModule* module = ModuleOf(host, needs.module);
   if (module == nullptr) return "has no such game module";
   if (!module->failure().empty()) return module->failure();
+  if (needs.movement && !module->movement()) return "it has no movement";
+  if (!needs.movement && module->no_game()) return "it has a movement alone, and is no game";
   if (needs.build.empty() || module->hash() == needs.build) return "";
   return absl::StrCat("has build ", module->hash().substr(0, 8));
 }
@@ -61,6 +63,10 @@ RegionNeeds NeedsOf(const records::Instance& record) {
   if (record.game_native()) {
     needs.module = record.game_name();
     needs.build = record.game_hash();
+  } else if (record.has_movement()) {
+    needs.module = record.movement().name();
+    needs.build = record.movement().hash();
+    needs.movement = true;
   }
   return needs;
 }
@@ -107,8 +113,9 @@ absl::Status NamingLackingHosts(const ClusterState& state, const RegionNeeds& ne
                                  kMaxReasonBytes)};
 }
 
-absl::StatusOr<std::string> BuildOfModule(const ClusterState& state, const std::string& module) {
-  const RegionNeeds any{.threads = 1, .module = module, .build = ""};
+absl::StatusOr<std::string> BuildOfModule(const ClusterState& state, const RegionNeeds& needs) {
+  const std::string& module = needs.module;
+  const RegionNeeds any{.threads = 1, .module = module, .build = "", .movement = needs.movement};
   std::map<std::string, std::vector<std::string>> builds;  // with the names of the hosts
   for (const auto& [number, host] : state.hosts()) {
     if (StateOf(host) != v1::HOST_STATE_READY || !LackOf(host, any).empty()) continue;

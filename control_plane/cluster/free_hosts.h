@@ -14,8 +14,9 @@ namespace tessera::control {
 // The needs that a region has of its host.
 struct RegionNeeds {
   std::uint32_t threads = 1;
-  std::string module = {};  // a native game that the host must have; empty: none
+  std::string module = {};  // a native game that the host must have, or a library with a movement; empty: none
   std::string build = {};   // its hash; empty: any
+  bool movement = false;    // for its movement, and not for its game
 };
 RegionNeeds NeedsOf(const records::Instance& record);
 
@@ -38,8 +39,8 @@ absl::StatusOr<PlacementPlan> PlaceAnew(const ClusterState& state, const Partiti
 // no such game module)".
 absl::Status NamingLackingHosts(const ClusterState& state, const RegionNeeds& needs, const absl::Status& status);
 
-// The build of the native game that all hosts have that take regions and can run it. FAILED_PRECONDITION names the
+// The build of the needed library that all hosts have that take regions and can run it. FAILED_PRECONDITION names the
 // hosts where none has one, or where they have different ones.
-absl::StatusOr<std::string> BuildOfModule(const ClusterState& state, const std::string& module);
+absl::StatusOr<std::string> BuildOfModule(const ClusterState& state, const RegionNeeds& needs);
 
 }  // namespace tessera::control

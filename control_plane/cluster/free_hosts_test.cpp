@@ -78,15 +78,31 @@ TEST_F(FreeHostsTest, TheOnlyBuildIsTaken) {
   AddHost("alpha", kBuildA);
   AddHost("beta", kBuildA);
   AddHost("gamma", "", "cannot be loaded");
-  EXPECT_EQ(*BuildOfModule(*rig_.state, "arena"), kBuildA);
-  EXPECT_THAT(std::string(BuildOfModule(*rig_.state, "plaza").status().message()),
+  EXPECT_EQ(*BuildOfModule(*rig_.state, {.module = "arena"}), kBuildA);
+  EXPECT_THAT(std::string(BuildOfModule(*rig_.state, {.module = "plaza"}).status().message()),
               HasSubstr("no host that takes regions has native:plaza: alpha (has no such game module)"));
+}
+
+// A library may be a game, have a movement for one in Lua, or both.
+TEST_F(FreeHostsTest, ALibraryIsNotTakenForWhatItLacks) {
+  HostEntry& alpha = AddHost("alpha", kBuildA);
+  const RegionNeeds movement{.threads = 1, .module = "arena", .build = kBuildA, .movement = true};
+  EXPECT_THAT(std::string(Places(1, movement).status().message()), HasSubstr("alpha (it has no movement)"));
+  records::Host next = alpha.record;
+  next.mutable_game_modules()->mutable_modules(0)->set_movement(true);
+  ASSERT_TRUE(rig_.state->StoreHost(alpha, next).ok());
+  EXPECT_TRUE(Places(1, movement).ok());
+  EXPECT_TRUE(Places(1, arena_).ok());
+  next.mutable_game_modules()->mutable_modules(0)->set_no_game(true);
+  ASSERT_TRUE(rig_.state->StoreHost(alpha, next).ok());
+  EXPECT_TRUE(Places(1, movement).ok());
+  EXPECT_THAT(std::string(Places(1, arena_).status().message()), HasSubstr("alpha (it has a movement alone, "));
 }
 
 TEST_F(FreeHostsTest, OfDifferentBuildsOneHasToBeChosen) {
   AddHost("alpha", kBuildA);
   AddHost("beta", kBuildB);
-  const absl::Status status = BuildOfModule(*rig_.state, "arena").status();
+  const absl::Status status = BuildOfModule(*rig_.state, {.module = "arena"}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(status.message()),
               HasSubstr("different builds of native:arena; give one of them after '@': " + kBuildA + " on alpha; " +

@@ -109,6 +109,7 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
   manifest.set_game_name(game.name);
   manifest.set_game_hash(game.hash);
   manifest.set_game_native(record.game_native());
+  if (record.has_movement()) *manifest.mutable_movement() = record.movement();
   v1::WorldTerms terms = TermsOf(record);
   terms.set_game(game.number);
   SetTerms(terms, *manifest.mutable_map());

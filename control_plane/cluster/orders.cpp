@@ -63,6 +63,8 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   order.set_game_hash(record.game_hash());
   order.set_game_name(record.game_name());
   order.set_game_native(record.game_native());
+  order.set_movement_name(record.movement().name());
+  order.set_movement_hash(record.movement().hash());
   *order.mutable_map() = record.map();
   const net::VerificationKey& key = instance.key.verification_key();
   order.set_instance_key(key.data(), key.size());

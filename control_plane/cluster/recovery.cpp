@@ -116,6 +116,8 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
     next.set_game_hash(instance.record.game_hash());
     next.set_game_name(instance.record.game_name());
     next.set_game_native(instance.record.game_native());
+    next.clear_movement();
+    if (instance.record.has_movement()) *next.mutable_movement() = instance.record.movement();
   }
   AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
   return state_.StoreInstance(instance, next);

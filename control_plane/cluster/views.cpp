@@ -121,6 +121,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_game_name(record.game_name());
   view.set_game_hash(record.game_hash());
   view.set_game_native(record.game_native());
+  if (record.has_movement()) *view.mutable_movement() = record.movement();
   view.set_game_number(record.map().terms().game());
   view.set_game_since_tick(record.games().since_tick());
   view.set_next_game_hash(record.games().next().hash());

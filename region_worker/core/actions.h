@@ -46,6 +46,9 @@ struct RequestGame {  // answered by GameLoaded
 struct RequestModule {  // answered by ModuleLoaded
   std::string path, name, hash;
 };
+struct RequestMovement {  // answered by MovementLoaded
+  std::string path, name, hash;
+};
 struct RequestState {  // answered by StateLoaded
   std::string path;
 };
@@ -120,9 +123,9 @@ struct PrintFailure {
 };
 
 using Action =
-    std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestModule, RequestState,
-                 WriteCheckpoint, OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep, ExpelPlayer,
-                 ReplacePlayer, SendReport, SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
+    std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestModule, RequestMovement,
+                 RequestState, WriteCheckpoint, OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep,
+                 ExpelPlayer, ReplacePlayer, SendReport, SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
 using Actions = std::vector<Action>;
 
 inline void LogInfo(Actions& actions, std::string line) { actions.emplace_back(Log{Severity::kInfo, std::move(line)}); }

@@ -219,6 +219,14 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
                   .failure = {},
                   .native = message.game_native()};
   }
+  if (!message.movement_name().empty()) {
+    order.movement = {.path = message.movement_path(),
+                      .hash = message.movement_hash(),
+                      .name = message.movement_name(),
+                      .number = 0,
+                      .failure = {},
+                      .native = true};
+  }
   if (message.has_next_game()) {
     const v1::NextGame& next = message.next_game();
     order.next_game = {.path = next.path(),

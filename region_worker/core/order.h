@@ -81,6 +81,7 @@ struct Order {
   std::uint64_t revision = 0;
   std::string scene_path, scene_hash;
   std::optional<OrderedGame> game, next_game;
+  std::optional<OrderedGame> movement;  // a shared library with one, beside a game in Lua
   std::optional<PartitionMap> map;
   std::optional<Certified> certified;  // nothing: not yet
   std::vector<PeerAddress> peers;

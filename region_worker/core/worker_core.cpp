@@ -109,7 +109,9 @@ void WorkerCore::Progress(TimePoint now) {
 
 bool WorkerCore::CanLoad() const {
   return order_.map && (scene_ || !order_.scene_path.empty()) &&
-         (!order_.game || game_ || !order_.game->path.empty()) && (!order_.joins_running || order_.planned);
+         (!order_.game || game_ || !order_.game->path.empty()) &&
+         (!order_.movement || setup_.movement != nullptr || !order_.movement->path.empty()) &&
+         (!order_.joins_running || order_.planned);
 }
 
 // A certificate for another key was made for a process before this one.
@@ -121,6 +123,9 @@ void WorkerCore::Load() {
   const bool restores = order_.initial_state && !order_.joins_running;
   if (!scene_) {
     actions_.emplace_back(RequestScene{order_.scene_path, order_.scene_hash});
+    loading_ = true;
+  } else if (order_.movement && setup_.movement == nullptr) {
+    actions_.emplace_back(RequestMovement{order_.movement->path, order_.movement->name, order_.movement->hash});
     loading_ = true;
   } else if (order_.game && !game_) {
     const OrderedGame& game = *order_.game;
@@ -176,6 +181,14 @@ void WorkerCore::ModuleLoaded(const absl::StatusOr<const tessera_game_module*>& 
   if (!module.ok()) return Fail(module.status());
   setup_.game_module = *module;
   game_ = game::GameFile{order_.game->name, ""};
+  Progress(now);
+}
+
+void WorkerCore::MovementLoaded(const absl::StatusOr<const tessera_movement*>& movement, TimePoint now) {
+  loading_ = false;
+  if (stopping() || !order_.movement) return;
+  if (!movement.ok()) return Fail(movement.status());
+  setup_.movement = *movement;
   Progress(now);
 }
 

@@ -79,6 +79,8 @@ class WorkerCore {
   void GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint now);
   // The functions of the native game, which are there as long as the process; or why it cannot run here.
   void ModuleLoaded(const absl::StatusOr<const tessera_game_module*>& module, TimePoint now);
+  // The movement beside the game's file, which is there as long as the process; or why it cannot move anybody here.
+  void MovementLoaded(const absl::StatusOr<const tessera_movement*>& movement, TimePoint now);
   void StateLoaded(const absl::StatusOr<region::Bytes>& state, TimePoint now);
   void CheckpointWritten(Tick tick, const absl::Status& status) { checkpoints_.Written(tick, status, actions_); }
 

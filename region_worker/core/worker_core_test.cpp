@@ -183,6 +183,37 @@ TEST_F(WorkerCoreTest, ANativeGameThatCannotRunHereEndsItWithTheReason) {
   EXPECT_EQ(ReportIn(Advance()).failure(), core.failure());
 }
 
+TEST_F(WorkerCoreTest, AMovementIsAskedForBeforeTheGameThatItStandsBeside) {
+  OrderGame("function on_tick() end");
+  order.set_movement_path("/games/car.so");
+  order.set_movement_name("car");
+  order.set_movement_hash(std::string(64, 'd'));
+  TakeOrder();
+  const Actions after_scene = Load();
+  EXPECT_THAT(AllOf<RequestGame>(after_scene), IsEmpty());
+  const auto asked = AllOf<RequestMovement>(after_scene);
+  ASSERT_THAT(asked, SizeIs(1));
+  EXPECT_EQ(asked[0].path, "/games/car.so");
+  EXPECT_EQ(asked[0].name, "car");
+  EXPECT_EQ(asked[0].hash, order.movement_hash());
+  static const tessera_movement bad = {};  // it has no version
+  core.MovementLoaded(&bad, now);
+  EXPECT_THAT(AllOf<RequestGame>(core.TakeActions()), SizeIs(1));
+  core.GameLoaded("function on_tick() end", now);
+  EXPECT_THAT(core.failure(), HasSubstr("movement: is made for version 0 of the interface")) << "it goes with the game";
+}
+
+TEST_F(WorkerCoreTest, AMovementThatCannotBeLoadedEndsItWithTheReason) {
+  OrderGame("function on_tick() end");
+  order.set_movement_path("/games/car.so");
+  order.set_movement_name("car");
+  order.set_movement_hash(std::string(64, 'd'));
+  TakeOrder();
+  Load();
+  core.MovementLoaded(absl::FailedPreconditionError("game module car: has no movement"), now);
+  EXPECT_EQ(core.failure(), "game module car: has no movement");
+}
+
 TEST_F(WorkerCoreTest, AGameIsLoadedBeforeTheRegionBegins) {
   OrderGame("function on_tick() print('tick', world.tick()) end");
   EXPECT_THAT(AllOf<RequestGame>(TakeOrder()), IsEmpty()) << "the scene comes first";

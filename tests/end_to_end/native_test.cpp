@@ -3,14 +3,21 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <string>
 
+#include "client_sdk/client.h"
 #include "core/world/partition_io.h"
 #include "core/world/sha256.h"
+#include "game_sdk/examples/car/car_movement.h"
 #include "host/files.h"
 #include "host/temporary_folder.h"
+#include "local_cluster/game_file.h"
 #include "local_cluster/local_cluster.h"
 #include "tests/end_to_end/world_fixture.h"
 #include "tests/support/sanitizer_options.h"
@@ -31,6 +38,9 @@ constexpr bool kNativeTestSanitized = false;
 
 constexpr BodyId kBall{2};
 constexpr Vec3d kBallAt{-6, 1, -6};
+
+constexpr char kCarScene[] = TESSERA_SOURCE_DIR "/game_sdk/examples/car/scene.textproto";
+constexpr char kDriveGame[] = "function on_tick() if world.tick() == 5 then print('five') end end";
 
 // A ball that a game throws up again whenever it comes down, in one of four regions.
 constexpr char kScene[] = R"(
@@ -57,7 +67,7 @@ class GameFolder {
   GameFolder() {
     fs::create_directory(path());
     std::ofstream(scene(), std::ios::binary) << kScene;
-    for (const char* name : {"bounce", "burglar", "crashes_late", "no_entry", "other_abi"}) {
+    for (const char* name : {"bounce", "burglar", "car_alone", "crashes_late", "no_entry", "other_abi"}) {
       const std::string file = std::string(name) + ".so";
       fs::copy_file(fs::path(TESSERA_BINARY_DIR) / "game_modules" / file, fs::path(path()) / file);
     }
@@ -125,6 +135,89 @@ TEST_F(NativeWorldTest, AWorldCountsInItAndTheCountOutlivesTheRegionThatDidIt) {
   EXPECT_THAT(changed.err, HasSubstr("native:bounce"));
 }
 
+// A player of the car's world, who predicts by the function that the hosts' library has.
+class Driver {
+ public:
+  Driver(const std::string& control, const std::string& instance) {
+    auto joined = client::Client::Join(
+        {.control_address = control, .instance_id = instance, .player_name = "driver", .predict = true});
+    if (!joined.ok()) throw std::runtime_error(std::string(joined.status().message()));
+    client_ = *std::move(joined);
+    if (const auto set = client_->SetMovement(&car_movement); !set.ok()) {
+      throw std::runtime_error(std::string(set.message()));
+    }
+  }
+  // A frame with so much gas; less than 0: backwards, where the field is free.
+  void Frame(float gas) {
+    const auto now = std::chrono::steady_clock::now();
+    for (const client::ClientEvent& event : client_->Poll(now)) {
+      if (event.kind == client::ClientEvent::Kind::kMovementMissing) lacks_ = event.detail;
+    }
+    client::Steering steering;
+    steering.move = {0, gas};
+    client_->Steer(steering);
+    for (const client::ShownBody& body : client_->Interpolated(now)) {
+      if (body.id == client_->own_body()) predicted_ = body.predicted;
+    }
+  }
+  // The car as the server has it; null: not yet.
+  const client::SeenBody* Car() const {
+    const auto car = client_->World().find(client_->own_body());
+    return car == client_->World().end() ? nullptr : &car->second;
+  }
+  double At() const { return Car() == nullptr ? 0 : Car()->state.position.z; }
+  bool predicted() const { return predicted_; }
+  const std::string& lacks() const { return lacks_; }
+
+ private:
+  std::unique_ptr<client::Client> client_;
+  bool predicted_ = false;
+  std::string lacks_;
+};
+
+// Without it nothing would move the car: the scene's force for players is 1 N.
+TEST_F(NativeWorldTest, ACarOfAGameInLuaIsDrivenOnAfterItsRegionHasDied) {
+  const std::string game = games_.state() + "/drive.lua";
+  std::ofstream(game) << kDriveGame;
+  Start({.scene = kCarScene,
+         .game = game,
+         .regions = 2,
+         .bodies = 20,
+         .bots = 0,
+         .hosts = 2,
+         .capacity = 4,
+         .game_modules = games_.path(),
+         .adjust = [](v1::InstanceSpec& spec) { local::SetMovement("native:car_alone", spec); }});
+  Driver driver(run_->cluster().control_address(), run_->instance_id());
+  const auto protected_and_seen = [&] {
+    driver.Frame(0);
+    const v1::Instance instance = run_->Latest();
+    return driver.Car() != nullptr && IsSettled() && instance.unprotected_regions().empty() &&
+           std::ranges::all_of(instance.region_status(),
+                               [](const auto& status) { return status.report().acknowledged_tick() > 60; });
+  };
+  ASSERT_TRUE(PlayUntil("a car in a protected world", protected_and_seen));
+  ASSERT_TRUE(PlayUntil("driving", [&] {
+    driver.Frame(-0.3F);
+    return driver.At() > 10;
+  }));
+  EXPECT_TRUE(driver.predicted());
+  const std::uint32_t owner = driver.Car()->region.value();
+  ASSERT_EQ(kill(static_cast<pid_t>(ReportOf(owner).identity().pid()), SIGKILL), 0);
+  const double before = driver.At();
+  ASSERT_TRUE(PlayUntil("driving on", [&] {
+    driver.Frame(-0.3F);
+    return run_->Latest().failovers() > 0 && driver.Car() != nullptr && driver.At() > before + 10;
+  }));
+  EXPECT_TRUE(driver.predicted());
+  EXPECT_EQ(driver.lacks(), "");
+  ASSERT_TRUE(PlayUntil("a new worker in its place", [&] {
+    driver.Frame(0);
+    return IsSettled() && run_->Latest().regions() == 2;
+  }));
+  EXPECT_THAT(Tessera({"game", "logs", run_->instance_id()}).out, HasSubstr("five"));
+}
+
 class NativeClusterTest : public testing::Test {
  protected:
   void Start(const std::string& game_modules, std::uint32_t hosts = 2) {
@@ -190,6 +283,33 @@ TEST_F(NativeClusterTest, AWorkerThatWasTakenOverReachesNothingElseOfItsHost) {
   ASSERT_EQ(Tessera({"instance", "checkpoint", "inst-1"}).exit_code, 0);
   const auto restored = Tessera({"instance", "restore", "inst-1", "--wait"});
   EXPECT_EQ(restored.exit_code, 0) << restored.err;
+}
+
+// The movement is the hosts', beside a file that travels to them; a checkpoint names it.
+TEST_F(NativeClusterTest, AGameInLuaRunsWithAMovementOfTheHosts) {
+  Start(games_.path());
+  const std::string game = games_.state() + "/drive.lua";
+  std::ofstream(game) << kDriveGame;
+  const auto create = [&](const std::string& movement, const std::string& scene = kCarScene) {
+    return Tessera(
+        {"instance", "create", "--scene", scene, "--game", game, "--movement", movement, "--regions", "2", "--wait"});
+  };
+  const auto made = create("native:car_alone");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(Tessera({"instance", "describe", "inst-1"}).out,
+              HasSubstr(" with native:car_alone@" + games_.HashOf("car_alone").substr(0, 8)));
+  ASSERT_EQ(Tessera({"instance", "checkpoint", "inst-1"}).exit_code, 0);
+  const std::string file = games_.state() + "/drive.tessera";
+  ASSERT_EQ(Tessera({"instance", "export", "inst-1", file}).exit_code, 0);
+  const auto imported = Tessera({"instance", "import", file, "-o", "name"});
+  ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  EXPECT_THAT(Tessera({"instance", "describe", "inst-2"}).out, HasSubstr(" with native:car_alone@"));
+  EXPECT_THAT(create("native:bounce").err, HasSubstr("local-1 (it has no movement)"));
+  EXPECT_THAT(create("car_alone.so").err, HasSubstr("--movement car_alone.so: must be native:NAME"));
+  EXPECT_THAT(create("native:car_alone", games_.scene()).err,
+              HasSubstr("movement car: kind: the scene has no kind \"car\""));
+  EXPECT_THAT(Refusal("native:car_alone"), HasSubstr("local-1 (it has a movement alone, and is no game)"));
+  EXPECT_THAT(Tessera({"host", "describe", "local-1"}).out, testing::ContainsRegex("car_alone +movement +1 "));
 }
 
 TEST_F(NativeClusterTest, WhatNoHostCanRunIsRefusedWithTheReasonOfEach) {

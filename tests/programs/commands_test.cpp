@@ -94,6 +94,7 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"tessera-region --scene scene.textproto --game drive.lua", "runs until it is stopped; worker_test does it"},
     {"tessera game test drive_test.lua", "needs a game of the reader's own; game_tests_test has one like it"},
     {"tessera instance create --scene scene.json --game native:", kNativeGame},
+    {"tessera instance create --scene scene.textproto --game drive.lua", kNativeGame},
     {"install -d /usr/local/lib/tessera/games", kNativeGame},
     {"install -m 644 arena.so", kNativeGame},
     {"mv /usr/local/lib/tessera/games/", kNativeGame},

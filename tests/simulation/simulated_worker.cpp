@@ -85,6 +85,10 @@ void SimulatedWorker::Do(const worker::RequestModule& action) {
   core_.ModuleLoaded(absl::UnimplementedError(action.name + ": the simulator loads no libraries"), around_.Now());
 }
 
+void SimulatedWorker::Do(const worker::RequestMovement& action) {
+  core_.MovementLoaded(absl::UnimplementedError(action.name + ": the simulator loads no libraries"), around_.Now());
+}
+
 void SimulatedWorker::Do(const worker::RequestGame& action) {
   const bool damaged = around_.damaged_games.contains(identity().region);
   const auto next = around_.next_games.find(action.hash);

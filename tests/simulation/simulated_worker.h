@@ -62,6 +62,7 @@ class SimulatedWorker {
   void Do(const worker::RequestScene& action);
   void Do(const worker::RequestGame& action);
   void Do(const worker::RequestModule& action);
+  void Do(const worker::RequestMovement& action);
   void Do(const worker::RequestState& action);
   void Do(const worker::WriteCheckpoint& action);
   void Do(const worker::OpenPorts& action);
