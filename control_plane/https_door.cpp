@@ -5,6 +5,7 @@
 #include <openssl/pem.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -19,7 +20,9 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/cluster/queries.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/doors.h"
 #include "control_plane/join_page.h"
 #include "control_plane/one_line.h"
 #include "telemetry/log_throttle.h"
@@ -31,12 +34,14 @@ namespace {
 
 using HttpsClock = std::chrono::steady_clock;
 
-constexpr char kJoinPath[] = "/v1/join", kLeavePath[] = "/v1/leave";
+constexpr char kJoinPath[] = "/v1/join", kLeavePath[] = "/v1/leave", kListPath[] = "/v1/instances";
 // From the connection to its whole request; and how long a join waits for its world. Who needs longer asks again, with
 // a new ticket.
 constexpr int kRequestSeconds = 10;
 constexpr std::chrono::seconds kRequestPatience{kRequestSeconds}, kJoinPatience{60};
 constexpr std::size_t kHeaderBytes = 1024;  // room for an answer's headers
+// A list is no longer: so many worlds, and of so many of those that wait for players who is in.
+constexpr std::size_t kMostListed = 256, kMostListedWaiting = 16;
 
 telemetry::LogThrottle& WebLogThrottle() {
   static telemetry::LogThrottle throttle;
@@ -99,6 +104,25 @@ absl::Status CheckCertificate(const HttpsSettings& settings) {
   return context ? LoadCertificate(context.get(), settings) : trust::OpensslFault("TLS cannot be used");
 }
 
+std::vector<v1::Instance> ListedInstances(const ClusterState& state) {
+  std::vector<v1::Instance> listed;
+  v1::ListInstancesRequest request;
+  std::size_t waiting = 0;
+  do {
+    const auto page = ListInstances(state, request);
+    if (!page.ok() || page->instances().empty()) break;
+    for (const v1::Instance& instance : page->instances()) {
+      if (listed.size() == kMostListed) break;
+      listed.push_back(instance);
+      if (instance.state() != v1::INSTANCE_STATE_WAITING_FOR_PLAYERS || waiting == kMostListedWaiting) continue;
+      ++waiting;
+      if (auto whole = GetInstance(state, instance.id()); whole.ok()) listed.back() = *std::move(whole);
+    }
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty() && listed.size() < kMostListed);
+  return listed;
+}
+
 }  // namespace
 
 struct HttpsDoor::Impl {
@@ -123,6 +147,7 @@ struct HttpsDoor::Impl {
   static int OnEvent(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
   static Impl& Of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
 
+  bool IsSocket() const { return !settings.socket_path.empty(); }
   bool MayConnect(int socket_fd) const;
   void Opened(lws* wsi);
   void Closed(lws* wsi);
@@ -134,6 +159,7 @@ struct HttpsDoor::Impl {
   PageAnswer CarryOut(const std::string& path, const std::string& body, const std::string& from,
                       const std::atomic<bool>& given_up);
   void TakeFinished();
+  void SetListening(lws_context_creation_info& info) const;
   void Run();
   void Stop();
 
@@ -162,6 +188,7 @@ struct HttpsDoor::Impl {
 
 bool HttpsDoor::Impl::MayConnect(int socket_fd) const {
   if (connections.size() >= settings.max_connections) return false;
+  if (IsSocket()) return true;
   const auto known = by_address.find(CountedAddress(socket_fd));
   return known == by_address.end() || known->second < settings.max_from_address;
 }
@@ -195,9 +222,9 @@ int HttpsDoor::Impl::Begin(lws* wsi, Connection& connection) {
     return Answer(wsi, connection, {.status = 405, .body = R"({"error":"only POST is served here"})"});
   }
   connection.path = WebHeader(wsi, WSI_TOKEN_POST_URI);
-  if (connection.path != kJoinPath && connection.path != kLeavePath) {
+  if (connection.path != kJoinPath && connection.path != kLeavePath && connection.path != kListPath) {
     return Answer(wsi, connection,
-                  {.status = 404, .body = R"({"error":"only /v1/join and /v1/leave are served here"})"});
+                  {.status = 404, .body = R"({"error":"only /v1/instances, /v1/join and /v1/leave are served here"})"});
   }
   std::uint64_t bytes = 0;
   if (!absl::SimpleAtoi(WebHeader(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH), &bytes)) {
@@ -227,7 +254,7 @@ void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
   lws_set_timeout(wsi, NO_PENDING_TIMEOUT, 0);
   auto doing = std::make_unique<Work>();
   std::array<char, 64> from{};
-  lws_get_peer_simple(wsi, from.data(), from.size());
+  if (IsSocket() || lws_get_peer_simple(wsi, from.data(), from.size()) == nullptr) from = {"local"};
   doing->thread =
       std::thread([this, number = connection.number, path = connection.path, body = std::move(connection.body),
                    peer = std::string(from.data()), &given_up = doing->given_up] {
@@ -250,13 +277,18 @@ PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string&
     const auto request = ReadJoinBody(body);
     if (request.ok()) subject = request->instance_id();
     absl::StatusOr<v1::JoinInstanceResponse> joined =
-        request.ok() ? plane.Join(*request, over, /*stranger=*/true) : request.status();
+        request.ok() ? plane.Join(*request, over, /*stranger=*/!IsSocket()) : request.status();
     if (absl::IsCancelled(joined.status()) && !given_up && !stopping) {
       joined = absl::UnavailableError("instance: has not started yet; ask again, with a new ticket");
     }
     status = joined.status();
     answer = JoinAnswer(subject, joined);
     metrics.CountSession(status);
+  } else if (path == kListPath) {
+    status = CheckListBody(body);
+    answer = status.ok()
+                 ? ListAnswer(plane.Call([](Cluster& cluster, Now) { return ListedInstances(cluster.state()); }))
+                 : ErrorAnswer(status);
   } else {
     const auto request = ReadLeaveBody(body);
     if (request.ok()) subject = request->instance_id();
@@ -266,6 +298,7 @@ PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string&
   }
   const auto took = HttpsClock::now() - begun;
   metrics.ObserveRpc(path, took);
+  if (path == kListPath && status.ok()) return answer;  // menus ask every few seconds
   std::uint64_t left_out = 0;
   if (!status.ok()) {
     const auto passes = refusals.Take(telemetry::LogThrottle::Clock::now());
@@ -273,7 +306,7 @@ PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string&
     left_out = *passes;
   }
   spdlog::info(
-      "https path={} who=player from={} subject={} result={} ms={:.1f}{}{}", path, from,
+      "https path={} who={} from={} subject={} result={} ms={:.1f}{}{}", path, IsSocket() ? "local" : "player", from,
       telemetry::LogValue(OneLine(subject, kMaxNameBytes)), absl::StatusCodeToString(status.code()),
       std::chrono::duration<double, std::milli>(took).count(),
       status.ok() ? "" : " error=" + telemetry::LogValue(OneLine(std::string(status.message()), kMaxReasonBytes)),
@@ -389,12 +422,30 @@ void HttpsDoor::Impl::Stop() {
     doing->thread.join();
   }
   lws_context_destroy(std::exchange(context, nullptr));
+  if (IsSocket()) unlink(settings.socket_path.c_str());
+}
+
+// Where it listens, and by what.
+void HttpsDoor::Impl::SetListening(lws_context_creation_info& info) const {
+  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+  if (IsSocket()) {
+    info.port = 0;
+    info.iface = settings.socket_path.c_str();
+    info.options |= LWS_SERVER_OPTION_UNIX_SOCK;
+    return;
+  }
+  info.port = settings.listen.port;
+  info.iface = settings.listen.host == "0.0.0.0" ? nullptr : settings.listen.host.c_str();
+  info.alpn = "http/1.1";
+  info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX;
+  if (settings.listen.host.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
 }
 
 absl::StatusOr<std::unique_ptr<HttpsDoor>> HttpsDoor::Start(HttpsSettings settings, ControlPlane& plane,
                                                             ControlMetrics& metrics) {
-  if (absl::Status status = CheckCertificate(settings); !status.ok()) return status;
-  if (absl::Status status = host::CheckBindable(settings.listen, "players' https"); !status.ok()) return status;
+  absl::Status ready = settings.socket_path.empty() ? CheckCertificate(settings) : PrepareSocket(settings.socket_path);
+  if (ready.ok() && settings.socket_path.empty()) ready = host::CheckBindable(settings.listen, "players' https");
+  if (!ready.ok()) return ready;
   auto impl = std::make_unique<Impl>(std::move(settings), plane, metrics);
   Impl& me = *impl;
   lws_set_log_level(LLL_ERR | LLL_WARN, ForwardWebLog);
@@ -405,8 +456,7 @@ absl::StatusOr<std::unique_ptr<HttpsDoor>> HttpsDoor::Start(HttpsSettings settin
   me.mount.origin_protocol = LWSMPRO_CALLBACK;
 
   lws_context_creation_info info{};
-  info.port = me.settings.listen.port;
-  info.iface = me.settings.listen.host == "0.0.0.0" ? nullptr : me.settings.listen.host.c_str();
+  me.SetListening(info);
   info.protocols = me.protocols.data();
   info.mounts = &me.mount;
   info.user = impl.get();
@@ -414,16 +464,15 @@ absl::StatusOr<std::unique_ptr<HttpsDoor>> HttpsDoor::Start(HttpsSettings settin
   info.uid = static_cast<uid_t>(-1);
   info.timeout_secs = kRequestSeconds;
   info.keepalive_timeout = kRequestSeconds;
-  info.alpn = "http/1.1";
-  info.options =
-      LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX;
-  if (me.settings.listen.host.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
   me.context = lws_create_context(&info);
   me.vhost = me.context == nullptr ? nullptr : lws_create_vhost(me.context, &info);
   std::unique_ptr<HttpsDoor> door(new HttpsDoor(std::move(impl)));
   if (me.vhost == nullptr) {
-    return absl::UnavailableError(absl::StrCat("address ", host::ToString(me.settings.listen), " cannot be served"));
+    const std::string where = me.IsSocket() ? me.settings.socket_path : "address " + host::ToString(me.settings.listen);
+    return absl::UnavailableError(absl::StrCat(where, " cannot be served"));
   }
+  if (me.IsSocket()) ready = CloseToOthers(me.settings.socket_path);
+  if (!ready.ok()) return ready;
   me.loop = std::thread([&me] { me.Run(); });
   return door;
 }
@@ -433,6 +482,7 @@ HttpsDoor::HttpsDoor(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 HttpsDoor::~HttpsDoor() { impl_->Stop(); }
 
 std::string HttpsDoor::address() const {
+  if (impl_->IsSocket()) return impl_->settings.socket_path;
   const auto port = static_cast<std::uint16_t>(lws_get_vhost_listen_port(impl_->vhost));
   return host::ToString({impl_->settings.listen.host, port});
 }

@@ -8,6 +8,8 @@
 #include <openssl/pem.h>
 #include <sodium.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -252,6 +254,60 @@ TEST_F(HttpsDoorTest, ErrorsHaveAStatusAndAField) {
   const HttpAnswer preflight = Send("OPTIONS /v1/join HTTP/1.1\r\nHost: x\r\nOrigin: https://game.example\r\n\r\n");
   EXPECT_EQ(preflight.status, 204);
   EXPECT_THAT(preflight.headers, HasSubstr("access-control-allow-methods: POST"));
+}
+
+TEST_F(HttpsDoorTest, ListsTheWorldsWithWhoIsInWhereOneWaits) {
+  const std::string open = Instance(true);
+  const std::string waiting = Instance(true, /*lazy=*/true);
+  ASSERT_EQ(Post("/v1/join", {{"name", "Ann"}, {"instance", open}}).status, 200);
+  const HttpAnswer listed = Post("/v1/instances", nlohmann::json::object());
+  ASSERT_EQ(listed.status, 200) << listed.body;
+  ASSERT_EQ(listed.body["instances"].size(), 2U);
+  for (const auto& one : listed.body["instances"]) {
+    EXPECT_EQ(one["players"], one["id"] == open ? 1 : 0);
+    EXPECT_EQ(one["regions"], 2);
+  }
+  EXPECT_EQ(listed.body["instances"][0]["id"], open);
+  EXPECT_EQ(listed.body["instances"][1]["id"], waiting);
+  EXPECT_EQ(Post("/v1/instances", {{"page", 1}}).body["error"], "page: is not a field of this request");
+}
+
+// At a socket of this machine: without TLS, and whoever may open the file is no stranger.
+TEST_F(HttpsDoorTest, ASocketServesThisUserAlone) {
+  const host::TemporaryFolder folder;
+  const std::string path = folder.path() + "/control.sock.json";
+  HttpsSettings settings;
+  settings.socket_path = path;
+  auto door = HttpsDoor::Start(settings, *plane_, metrics_);
+  ASSERT_TRUE(door.ok()) << door.status();
+  EXPECT_EQ((*door)->address(), path);
+  struct stat found {};
+  ASSERT_EQ(stat(path.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777U, 0600U);
+
+  const std::string body = nlohmann::json{{"name", "Ann"}, {"instance", Instance(true)}}.dump();
+  const std::string sent =
+      absl::StrCat("POST /v1/join HTTP/1.1\r\nHost: x\r\nContent-Length: ", body.size(), "\r\n\r\n", body);
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un to{};
+  to.sun_family = AF_UNIX;
+  ASSERT_LT(path.size(), sizeof to.sun_path);
+  std::copy(path.begin(), path.end(), to.sun_path);
+  ASSERT_EQ(connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+  ASSERT_EQ(send(fd, sent.data(), sent.size(), MSG_NOSIGNAL), static_cast<ssize_t>(sent.size()));
+  std::string all;
+  char bytes[4096];
+  for (ssize_t n = 0; (n = recv(fd, bytes, sizeof bytes, 0)) > 0;) all.append(bytes, static_cast<std::size_t>(n));
+  close(fd);
+  EXPECT_THAT(all, HasSubstr("HTTP/1.1 200"));
+  EXPECT_THAT(all, HasSubstr("\"player\":1"));
+
+  HttpsSettings second;
+  second.socket_path = path;
+  EXPECT_EQ(HttpsDoor::Start(second, *plane_, metrics_).status().code(), absl::StatusCode::kUnavailable);
+  plane_->Stop();
+  door->reset();
+  EXPECT_NE(stat(path.c_str(), &found), 0) << "the socket goes with the door";
 }
 
 TEST_F(HttpsDoorTest, PlainTextAndRubbishGetNothing) {

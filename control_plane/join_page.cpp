@@ -20,6 +20,7 @@ using Json = nlohmann::json;
 
 // Most grants are far smaller; one of a large map does not come back this way, and its player shows a new ticket.
 constexpr std::size_t kMaxGrantText = kMaxJoinBodyBytes;
+constexpr std::size_t kMaxReturningText = (net::kMaxCredentialBytes + net::kKeyBytes + 2) / 3 * 4;
 
 int StatusOf(absl::StatusCode code) {
   switch (code) {
@@ -98,6 +99,19 @@ std::string ImpliedInstance(const v1::JoinInstanceRequest& request) {
   return shown.ok() ? shown->ticket.instance : "";
 }
 
+// Takes a return token apart: the credential, then the seed of its key.
+template <class Request>
+absl::Status SetReturning(const std::string& text, Request& request) {
+  std::string bytes;
+  if (!absl::Base64Unescape(text, &bytes)) return absl::InvalidArgumentError("returning: is not base64");
+  if (bytes.size() <= net::kKeyBytes || bytes.size() > net::kMaxCredentialBytes + net::kKeyBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("returning: ", bytes.size(), " bytes are no return token"));
+  }
+  request.set_credential(bytes.substr(0, bytes.size() - net::kKeyBytes));
+  request.set_credential_key(bytes.substr(bytes.size() - net::kKeyBytes));
+  return absl::OkStatus();
+}
+
 template <class Request>
 void SetCredential(const net::Credentials& credentials, Request& request) {
   const net::Seed seed = credentials.key.seed();
@@ -108,13 +122,14 @@ void SetCredential(const net::Credentials& credentials, Request& request) {
 }  // namespace
 
 absl::StatusOr<v1::JoinInstanceRequest> ReadJoinBody(std::string_view body) {
-  const auto json = ReadObject(body, {"grant", "instance", "name", "ticket", "viewer"});
+  const auto json = ReadObject(body, {"grant", "instance", "name", "returning", "ticket", "viewer"});
   if (!json.ok()) return json.status();
   const auto ticket = TextIn(*json, "ticket", trust::kMaxTicketText);
   const auto instance = TextIn(*json, "instance", trust::kMaxTicketInstance);
   const auto name = TextIn(*json, "name", kMaxNameBytes);
   const auto grant = TextIn(*json, "grant", kMaxGrantText);
-  for (const auto* field : {&ticket, &instance, &name, &grant}) {
+  const auto returning = TextIn(*json, "returning", kMaxReturningText);
+  for (const auto* field : {&ticket, &instance, &name, &grant, &returning}) {
     if (!field->ok()) return field->status();
   }
   v1::JoinInstanceRequest request;
@@ -131,23 +146,43 @@ absl::StatusOr<v1::JoinInstanceRequest> ReadJoinBody(std::string_view body) {
     SetCredential(had->credentials, request);
     if (request.instance_id().empty()) request.set_instance_id(had->credentials.instance_id);
   }
+  if (!returning->empty()) {
+    if (!grant->empty()) return absl::InvalidArgumentError("returning: the grant says who comes back; leave it out");
+    if (absl::Status status = SetReturning(*returning, request); !status.ok()) return status;
+  }
   if (request.instance_id().empty()) request.set_instance_id(ImpliedInstance(request));
   if (request.instance_id().empty()) return absl::InvalidArgumentError("instance: missing");
   return request;
 }
 
 absl::StatusOr<v1::LeaveInstanceRequest> ReadLeaveBody(std::string_view body) {
-  const auto json = ReadObject(body, {"grant"});
+  const auto json = ReadObject(body, {"grant", "instance", "returning"});
   if (!json.ok()) return json.status();
   const auto text = TextIn(*json, "grant", kMaxGrantText);
-  if (!text.ok()) return text.status();
+  const auto instance = TextIn(*json, "instance", trust::kMaxTicketInstance);
+  const auto returning = TextIn(*json, "returning", kMaxReturningText);
+  for (const auto* field : {&text, &instance, &returning}) {
+    if (!field->ok()) return field->status();
+  }
+  v1::LeaveInstanceRequest request;
+  if (text->empty() && !returning->empty()) {
+    if (instance->empty()) return absl::InvalidArgumentError("instance: missing");
+    request.set_instance_id(*instance);
+    if (absl::Status status = SetReturning(*returning, request); !status.ok()) return status;
+    return request;
+  }
+  if (!returning->empty()) return absl::InvalidArgumentError("returning: the grant says who leaves; leave it out");
   const auto grant = ReadGrant(*text);
   if (!grant.ok()) return grant.status();
-  v1::LeaveInstanceRequest request;
+  if (!instance->empty() && *instance != grant->credentials.instance_id) {
+    return absl::InvalidArgumentError("instance: is not that of the grant");
+  }
   request.set_instance_id(grant->credentials.instance_id);
   SetCredential(grant->credentials, request);
   return request;
 }
+
+absl::Status CheckListBody(std::string_view body) { return ReadObject(body, {}).status(); }
 
 absl::StatusOr<net::JoinGrant> GrantOf(const std::string& instance_id, const v1::JoinInstanceResponse& response) {
   const auto fault = [](const absl::Status& status) {
@@ -197,8 +232,28 @@ PageAnswer LeaveAnswer(const absl::Status& status) {
   return status.ok() ? PageAnswer{.status = 200, .body = "{}"} : ErrorAnswer(status);
 }
 
+PageAnswer ListAnswer(const std::vector<v1::Instance>& instances) {
+  Json list = Json::array();
+  for (const v1::Instance& instance : instances) {
+    Json names = Json::array();
+    for (const v1::Player& player : instance.player_list()) {
+      if (player.left()) continue;
+      names.push_back(player.name().empty() ? absl::StrCat("player ", player.number()) : ValidUtf8(player.name()));
+    }
+    list.push_back({{"id", instance.id()},
+                    {"scene", ValidUtf8(instance.scene_name())},
+                    {"game", ValidUtf8(instance.game_name())},
+                    {"state", static_cast<int>(instance.state())},
+                    {"regions", instance.regions()},
+                    {"players", instance.players()},
+                    {"expected_players", instance.expected_players()},
+                    {"names", std::move(names)}});
+  }
+  return {.status = 200, .body = Json{{"instances", std::move(list)}}.dump()};
+}
+
 PageAnswer ErrorAnswer(const absl::Status& status) {
-  Json json{{"error", ValidUtf8(std::string(status.message()))}};
+  Json json{{"code", absl::StatusCodeToString(status.code())}, {"error", ValidUtf8(std::string(status.message()))}};
   if (const std::string field = FieldOf(status.message()); !field.empty()) json["field"] = field;
   return {.status = StatusOf(status.code()), .body = json.dump()};
 }

@@ -95,6 +95,65 @@ TEST(JoinPageTest, AGrantIsReadBackAndComesBack) {
   EXPECT_EQ(leave->credential_key(), back->credential_key());
 }
 
+TEST(JoinPageTest, AReturnTokenComesBackAndLeaves) {
+  const net::Credentials issued =
+      net::IssuePlayer("inst-7", PlayerNumber(3), net::Generation(1), net::SigningKey::Make());
+  const net::Seed seed = issued.key.seed();
+  const std::string statement(issued.statement.begin(), issued.statement.end());
+  const std::string key(reinterpret_cast<const char*>(seed.data()), seed.size());
+  const std::string body =
+      nlohmann::json{{"instance", "inst-7"}, {"returning", absl::Base64Escape(statement + key)}}.dump();
+  const auto back = ReadJoinBody(body);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->credential(), statement);
+  EXPECT_EQ(back->credential_key(), key);
+  const auto leave = ReadLeaveBody(body);
+  ASSERT_TRUE(leave.ok()) << leave.status();
+  EXPECT_EQ(leave->instance_id(), "inst-7");
+  EXPECT_EQ(leave->credential(), statement);
+  EXPECT_EQ(leave->credential_key(), key);
+
+  EXPECT_EQ(JoinBodyFault(R"({"instance": "inst-7", "returning": "?"})"), "returning: is not base64");
+  EXPECT_EQ(JoinBodyFault(R"({"instance": "inst-7", "returning": "AAAA"})"), "returning: 3 bytes are no return token");
+  EXPECT_THAT(JoinBodyFault(R"({"instance": "inst-7", "returning": ")" + std::string(4000, 'A') + R"("})"),
+              HasSubstr("returning: 4000 bytes are more than"));
+  EXPECT_EQ(ReadLeaveBody(R"({"returning": "AAAA"})").status().message(), "instance: missing");
+  const std::string grant =
+      nlohmann::json::parse(JoinAnswer("inst-7", JoinedOnTwoRegions()).body).at("grant").get<std::string>();
+  EXPECT_EQ(JoinBodyFault(nlohmann::json{{"grant", grant}, {"returning", "AAAA"}}.dump()),
+            "returning: the grant says who comes back; leave it out");
+  EXPECT_EQ(ReadLeaveBody(nlohmann::json{{"grant", grant}, {"returning", "AAAA"}}.dump()).status().message(),
+            "returning: the grant says who leaves; leave it out");
+  EXPECT_EQ(ReadLeaveBody(nlohmann::json{{"grant", grant}, {"instance", "inst-8"}}.dump()).status().message(),
+            "instance: is not that of the grant");
+}
+
+TEST(JoinPageTest, AListShowsNamesAndNoAccounts) {
+  v1::Instance instance;
+  instance.set_id("inst-7");
+  instance.set_scene_name("plaza");
+  instance.set_state(v1::INSTANCE_STATE_WAITING_FOR_PLAYERS);
+  instance.set_regions(4);
+  instance.set_players(2);
+  instance.set_expected_players(3);
+  for (const char* name : {"ada", "", "gone"}) {
+    v1::Player& player = *instance.add_player_list();
+    player.set_number(static_cast<std::uint32_t>(instance.player_list_size()));
+    player.set_name(name);
+    player.set_player_id("account");
+    player.set_left(std::string(name) == "gone");
+  }
+  const PageAnswer answer = ListAnswer({instance});
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(answer.body,
+            R"({"instances":[{"expected_players":3,"game":"","id":"inst-7","names":["ada","player 2"],"players":2,)"
+            R"("regions":4,"scene":"plaza","state":4}]})");
+  EXPECT_EQ(ListAnswer({}).body, R"({"instances":[]})");
+  EXPECT_TRUE(CheckListBody("{}").ok());
+  EXPECT_EQ(CheckListBody(R"({"page": 1})").message(), "page: is not a field of this request");
+  EXPECT_EQ(CheckListBody("[]").message(), "body: is not a JSON object");
+}
+
 TEST(JoinPageTest, AnAnswerThatNoClientCouldUseIsNoGrant) {
   v1::JoinInstanceResponse response = JoinedOnTwoRegions();
   response.mutable_regions()->RemoveLast();
@@ -103,13 +162,14 @@ TEST(JoinPageTest, AnAnswerThatNoClientCouldUseIsNoGrant) {
 
 TEST(JoinPageTest, ErrorsHaveAStatusAndTheField) {
   const auto of = [](const absl::Status& status) { return ErrorAnswer(status); };
-  EXPECT_EQ(of(absl::InvalidArgumentError("player_name: bad")).body, R"({"error":"player_name: bad","field":"name"})");
+  EXPECT_EQ(of(absl::InvalidArgumentError("player_name: bad")).body,
+            R"({"code":"INVALID_ARGUMENT","error":"player_name: bad","field":"name"})");
   EXPECT_EQ(of(absl::NotFoundError("instance_id: no instance inst-7")).status, 404);
   EXPECT_EQ(of(absl::UnauthenticatedError("ticket: forged")).status, 401);
   EXPECT_EQ(of(absl::PermissionDeniedError("player: is banned: x")).status, 403);
-  EXPECT_EQ(of(absl::AbortedError("be nice")).body, R"({"error":"be nice"})");
+  EXPECT_EQ(of(absl::AbortedError("be nice")).body, R"({"code":"ABORTED","error":"be nice"})");
   EXPECT_EQ(of(absl::ResourceExhaustedError("full")).status, 503);
-  EXPECT_EQ(of(absl::InternalError("\xff")).body, R"({"error":"?"})");
+  EXPECT_EQ(of(absl::InternalError("\xff")).body, R"({"code":"INTERNAL","error":"?"})");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/s3/s3_target.h"
 #include "control_plane/secrets.h"
+#include "host/control_socket.h"
 #include "host/files.h"
 #include "host/socket_address.h"
 #include "trust/certificate.h"
@@ -74,6 +75,18 @@ absl::StatusOr<std::unique_ptr<HttpsDoor>> StartHttps(const HttpsFlags& flags,
   return HttpsDoor::Start(std::move(settings), plane, metrics);
 }
 
+// The same for programs of this machine, beside the control plane's socket. Null: its path would be too long.
+absl::StatusOr<std::unique_ptr<HttpsDoor>> StartLocalHttps(const std::string& control_socket, ControlPlane& plane,
+                                                           ControlMetrics& metrics) {
+  HttpsSettings settings;
+  settings.socket_path = host::JsonSocket(control_socket);
+  if (settings.socket_path.size() > host::kLongestSocketPath) {
+    spdlog::warn("socket={} has no room for .json: there is no players' door in JSON beside it", control_socket);
+    return nullptr;
+  }
+  return HttpsDoor::Start(std::move(settings), plane, metrics);
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSettings& settings,
@@ -95,6 +108,9 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
   auto grpc = GrpcServer::Start(settings.doors, *std::move(authority), *reign->plane_, metrics);
   if (!grpc.ok()) return grpc.status();
   reign->grpc_ = *std::move(grpc);
+  auto local_https = StartLocalHttps(settings.doors.socket, *reign->plane_, metrics);
+  if (!local_https.ok()) return local_https.status();
+  reign->local_https_ = *std::move(local_https);
   reign->gate_->Set(reign->plane_.get());
   reign->summary_ = std::make_shared<SummaryMetrics>(
       [gate = pages.gate, &metrics] {

@@ -32,7 +32,7 @@ struct HttpsFlags {
 };
 
 struct ReignSettings {
-  GrpcDoors doors;
+  GrpcDoors doors;  // beside the socket is one of the players' door in JSON
   HttpsFlags https{};
   std::string seal;                      // file with the passphrase of the authority's key
   std::string checkpoints;               // folder or address of a bucket, in errors
@@ -66,7 +66,7 @@ class Reign {
   ControlMetrics& metrics_;
   std::shared_ptr<PlaneGate> gate_;
   std::unique_ptr<ControlPlane> plane_;
-  std::unique_ptr<HttpsDoor> https_;
+  std::unique_ptr<HttpsDoor> https_, local_https_;
   std::unique_ptr<GrpcServer> grpc_;
   std::shared_ptr<SummaryMetrics> summary_;
 };

@@ -1,11 +1,8 @@
 #include "trust/control_address.h"
 
-#include <unistd.h>
-
-#include <cstdlib>
-
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "host/control_socket.h"
 #include "trust/certificate.h"
 
 namespace tessera::trust {
@@ -70,12 +67,7 @@ absl::StatusOr<std::vector<ControlAddress>> ParseControlAddresses(const std::str
   return addresses;
 }
 
-std::string DefaultControlSocket() {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  const std::string folder = runtime != nullptr && runtime[0] == '/' ? absl::StrCat(runtime, "/tessera")
-                                                                     : absl::StrCat("/tmp/tessera-", geteuid());
-  return folder + "/control.sock";
-}
+std::string DefaultControlSocket() { return host::DefaultControlSocket(); }
 
 std::string PageKeyFile(const std::string& socket_path) { return socket_path + ".page-key"; }
 

@@ -1,0 +1,27 @@
+// Names of the sockets at which a control plane of this machine is reached.
+//
+// Thread rule: free functions; nobody may change the environment meanwhile.
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
+
+namespace tessera::host {
+
+// The socket of this user's `tessera up`: in XDG_RUNTIME_DIR, or in a folder of /tmp that is the user's own.
+inline std::string DefaultControlSocket() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  const std::string folder = runtime != nullptr && runtime[0] == '/' ? std::string(runtime) + "/tessera"
+                                                                     : "/tmp/tessera-" + std::to_string(geteuid());
+  return folder + "/control.sock";
+}
+
+// Beside a control plane's socket, which speaks gRPC: the one of its players' door in JSON.
+inline std::string JsonSocket(const std::string& control_socket) { return control_socket + ".json"; }
+
+// The longest path of a Unix socket that the kernel takes.
+inline constexpr std::size_t kLongestSocketPath = 107;
+
+}  // namespace tessera::host
