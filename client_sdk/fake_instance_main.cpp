@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "client_sdk/fake_instance.h"
+#include "client_sdk/fake_instance_door.h"
 
 using namespace tessera;
 using namespace tessera::client;
@@ -10,6 +11,7 @@ using namespace tessera::client;
 int main() {
   using Clock = std::chrono::steady_clock;
   FakeInstance instance(2);
+  const InstanceDoor door(instance);
   std::printf("%s\n", instance.address.c_str());
   std::fflush(stdout);
   for (const auto& region : instance.regions) region->Start(Tick(0));

@@ -1,4 +1,4 @@
-// CApiTest: a client of the C interface that has joined a fake instance of one region.
+// CApiTest: a client of the C interface that has joined a fake instance of one region, and has its scene.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client_sdk/fake_instance.h"
+#include "client_sdk/fake_instance_door.h"
 #include "client_sdk/include/tessera/connect.h"
 
 namespace tessera::client {
@@ -20,8 +21,14 @@ struct CApiTest : testing::Test {
     options.instance_id = FakeInstance::kId;
     options.bind_address = "127.0.0.1";
     ASSERT_EQ(tessera_join(&options, &client), TESSERA_OK) << tessera_last_error();
+    ASSERT_TRUE(Until([&] { return HasScene(); }));
   }
   void TearDown() override { tessera_close(client); }
+  // The regions have sent it.
+  bool HasScene() const {
+    tessera_scene_info scene = TESSERA_SCENE_INFO;
+    return tessera_get_scene(client, &scene) == TESSERA_OK && scene.body_count > 0;
+  }
   bool Until(const std::function<bool()>& done) {
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
     while (!done() && std::chrono::steady_clock::now() < limit) {
@@ -46,6 +53,7 @@ struct CApiTest : testing::Test {
   }
 
   FakeInstance instance{1};
+  InstanceDoor door{instance};
   tessera_client* client = nullptr;
   std::int64_t now = std::int64_t{3600} * 1'000'000'000;
 };

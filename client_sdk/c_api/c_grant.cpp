@@ -10,6 +10,7 @@ using namespace tessera;
 using namespace tessera::c_api;
 
 static_assert(TESSERA_MAX_GRANT == net::kMaxJoinGrantBytes);
+static_assert(TESSERA_MAX_TOKEN >= client::kMaxReturnTokenBytes);
 
 namespace {
 

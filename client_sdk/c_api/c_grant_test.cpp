@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client_sdk/fake_instance.h"
+#include "client_sdk/fake_instance_door.h"
 #include "client_sdk/include/tessera/connect.h"
 
 namespace tessera::client {
@@ -25,6 +26,7 @@ struct CGrantTest : testing::Test {
   }
 
   FakeInstance instance{1};
+  InstanceDoor door{instance};
   tessera_client* client = nullptr;
   std::int64_t now = std::int64_t{3600} * 1'000'000'000;
 };

@@ -1,19 +1,19 @@
 // The C interface: the worlds that a control plane runs.
+#include <algorithm>
+#include <cstring>
+
 #include "client_sdk/c_api/connect.h"
-#include "client_sdk/instance_list.h"
-#include "tessera/v1/instance.pb.h"
+#include "client_sdk/connect/door_session.h"
+#include "client_sdk/include/tessera/connect.h"
 
 using namespace tessera;
 using namespace tessera::c_api;
 
 namespace {
 
-static_assert(TESSERA_MAX_LISTED_INSTANCES == client::kMostListed);
-static_assert(TESSERA_MAX_LISTED_PLAYERS == client::kMostListedNames);
-static_assert(TESSERA_INSTANCE_WAITING == static_cast<int>(v1::INSTANCE_STATE_WAITING_FOR_PLAYERS));
-static_assert(TESSERA_INSTANCE_RUNNING == static_cast<int>(v1::INSTANCE_STATE_RUNNING));
-static_assert(TESSERA_INSTANCE_ENDED == static_cast<int>(v1::INSTANCE_STATE_ENDED));
-static_assert(TESSERA_INSTANCE_PAUSED == static_cast<int>(v1::INSTANCE_STATE_PAUSED));
+static_assert(TESSERA_MAX_LISTED_INSTANCES == client::kMostDoorInstances);
+static_assert(TESSERA_MAX_LISTED_PLAYERS == client::kMostDoorNames);
+static_assert(TESSERA_MAX_LISTED_NAME == client::kMostDoorText);
 
 template <std::size_t kRoom>
 void CopyText(const std::string& from, char (&to)[kRoom]) {
@@ -22,7 +22,7 @@ void CopyText(const std::string& from, char (&to)[kRoom]) {
   to[size] = '\0';
 }
 
-tessera_instance_info InfoFrom(const client::ListedInstance& from) {
+tessera_instance_info InfoFrom(const client::DoorInstance& from) {
   tessera_instance_info info = TESSERA_INSTANCE_INFO;
   info.state = from.state;
   info.regions = from.regions;
@@ -46,7 +46,9 @@ tessera_code tessera_list_instances(const char* control_address, uint32_t deadli
   constexpr std::size_t kLeast = offsetof(tessera_instance_info, scene);
   if (capacity > 0 && !IsAtLeast(stride, kLeast, "stride")) return TESSERA_INVALID_ARGUMENT;
   try {
-    const auto listed = client::ListInstances(ControlAddress(control_address), std::chrono::milliseconds(deadline_ms));
+    const auto address = client::ParseDoorAddress(control_address == nullptr ? "" : control_address);
+    if (!address.ok()) return SetLastError(address.status());
+    const auto listed = client::ListByDoor(*address, std::chrono::milliseconds(deadline_ms));
     if (!listed.ok()) return SetLastError(listed.status());
     for (std::size_t i = 0; i < std::min(capacity, listed->size()); ++i) {
       tessera_instance_info info = InfoFrom((*listed)[i]);

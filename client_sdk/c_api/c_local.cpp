@@ -3,6 +3,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "client_sdk/c_api/connect.h"
 #include "client_sdk/local/local_world.h"

@@ -1,5 +1,5 @@
-// Types and functions that the functions of <tessera/connect.h> share. They are a library of their own, so they see the
-// client library by its C interface alone. Not for others.
+// Types and functions that those of <tessera/connect.h> and <tessera/local.h> share. Each header is a library of its
+// own, so they see the client library by its C interface alone. Not for others.
 //
 // Thread rule: that of tessera.h.
 #pragma once
@@ -11,14 +11,16 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "client_sdk/include/tessera/connect.h"
+#include "client_sdk/include/tessera/tessera.h"
 
 namespace tessera::c_api {
 
 // Notes the text for tessera_last_error.
-tessera_code SetLastError(const absl::Status& status);
-tessera_code RefuseArgument(const char* what);  // TESSERA_INVALID_ARGUMENT
-std::string ControlAddress(const char* given);  // NULL and "": the socket of this user's `tessera up`
+inline tessera_code SetLastError(const absl::Status& status) {
+  if (status.ok()) return TESSERA_OK;
+  return tessera_set_last_error(static_cast<tessera_code>(status.code()), std::string(status.message()).c_str());
+}
+inline tessera_code RefuseArgument(const char* what) { return tessera_set_last_error(TESSERA_INVALID_ARGUMENT, what); }
 
 // Whether a struct has at least the fields without which it says nothing; if not, tessera_last_error names the
 // argument.

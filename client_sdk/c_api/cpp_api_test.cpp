@@ -1,6 +1,7 @@
 // The C++ interface, which wraps the C one.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <regex>
@@ -10,6 +11,7 @@
 
 #include "client_sdk/c_api/c_api_fixture.h"
 #include "client_sdk/fake_instance.h"
+#include "client_sdk/fake_instance_door.h"
 #include "client_sdk/include/tessera/connect.hpp"
 
 namespace tessera::client {
@@ -17,11 +19,18 @@ namespace {
 
 TEST(CppApi, IsTheSameClient) {
   FakeInstance instance(1);
+  const InstanceDoor door(instance);
   ::tessera::Client client;
   const ::tessera::Error error =
       client.Join({instance.address, FakeInstance::kId, "ada", std::chrono::seconds(10), "127.0.0.1"});
   ASSERT_FALSE(error) << error.text;
   EXPECT_EQ(client.player(), 1u);
+  EXPECT_EQ(client.Scene().body_count, 0u) << "the regions send it";
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (client.state() == TESSERA_JOINING && std::chrono::steady_clock::now() < limit) {
+    instance.Service();
+    ASSERT_FALSE(client.Poll(1)) << tessera_last_error();
+  }
   EXPECT_STREQ(client.Scene().name, "plaza");
   EXPECT_EQ(client.own_body(), ::tessera::BodyOfPlayer(1));
   EXPECT_EQ(::tessera::PlayerOfBody(client.own_body()), 1u);

@@ -1,6 +1,6 @@
 /* Grant: what a game's backend does for a player, for development: asks a control plane for a grant and writes it.
  *
- *   grant play.example:7703#3fa8... plaza-1 FILE */
+ *   grant play.example:7704#3fa8... plaza-1 FILE */
 #include <stdio.h>
 #include <tessera/connect.h>
 

@@ -28,6 +28,16 @@ for needed in $(readelf -d "$library" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p');
   [[ $allowed == *" $needed "* ]] || fail "$library needs $needed"
 done
 
+# The way through a control plane needs libcurl and what that brings: no library of gRPC, protobuf or Abseil, however deep.
+connect=${library/tessera-client/tessera-connect}
+for needed in $(readelf -d "$connect" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p'); do
+  [[ "$allowed libcurl.so.4 libtessera-client.so.0 " == *" $needed "* ]] || fail "$connect needs $needed"
+done
+brought=$(ldd "$connect" | awk '{ print $1 }' | grep -E 'grpc|protobuf|absl' || true)
+[[ -z $brought ]] || fail "$connect brings $brought"
+foreign=$(nm -D --defined-only "$connect" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
+[[ -z $foreign ]] || fail "symbols of $connect that should be hidden: $foreign"
+
 # A backend finds the messages that it speaks, each with what it imports.
 protos=$work/prefix/share/tessera/proto examples=$work/prefix/share/tessera/examples
 for service in access instance session; do

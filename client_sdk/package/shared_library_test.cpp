@@ -1,4 +1,4 @@
-// The shared library as a game has it, in a program that has our generated messages, gRPC and Abseil as well: each
+// The shared libraries as a game has them, in a program that has our generated messages, gRPC and Abseil as well: each
 // keeps to itself. Everything else of the C interface is tested in c_api_test, which links the same sources statically.
 #include <gtest/gtest.h>
 
@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "client_sdk/fake_instance.h"
-#include "client_sdk/include/tessera/tessera.hpp"
+#include "client_sdk/fake_instance_door.h"
+#include "client_sdk/include/tessera/connect.hpp"
 
 namespace tessera::client {
 namespace {
@@ -57,6 +58,19 @@ TEST_F(SharedLibraryTest, PlaysBesideTheGeneratedMessages) {
     return !instance.regions[0]->inputs.empty();
   }));
   EXPECT_EQ(instance.regions[0]->inputs.back().body, PlayerBodyId(PlayerNumber(1)));
+}
+
+TEST_F(SharedLibraryTest, JoinsByAnAddressAndLeaves) {
+  const InstanceDoor door(instance);
+  std::vector<::tessera::InstanceInfo> worlds;
+  ASSERT_EQ(::tessera::ListInstances(instance.address, worlds).text, "");
+  ASSERT_EQ(client.Join({instance.address, FakeInstance::kId, "ada", std::chrono::seconds(10), "127.0.0.1"}).text, "");
+  ASSERT_TRUE(Until([&] { return client.state() == TESSERA_WAITING; }));
+  EXPECT_STREQ(client.Scene().name, "plaza");
+  EXPECT_FALSE(client.Leave()) << tessera_last_error();
+  EXPECT_EQ(instance.left, 1);
+  ::tessera::Client nowhere;
+  EXPECT_EQ(nowhere.Join({instance.address, "plaza-9", "ada"}).text, "instance plaza-9: no such instance");
 }
 
 TEST_F(SharedLibraryTest, SaysWhatIsWrongWithAGrant) {

@@ -102,7 +102,6 @@ void App::TakeJoined() {
     return;
   }
   client_.emplace(std::move(joined.client));
-  world_.emplace(renderer_, visuals_, *client_);
   profiler_ = Profiler();
 }
 
@@ -163,7 +162,15 @@ void App::Play(double now_s, float seconds, int width, int height) {
     hands_.Advance(std::min(seconds, kLongestTurn_s));
     client_->Steer(hands_.Steer(client_->Scene()));
   }
-  renderer_.Draw(world_->Look(*client_, hands_, seconds), width, height);
+  // The scene is here once the regions have sent it.
+  if (!world_ && (screen_ == Screen::kWaiting || screen_ == Screen::kWorld)) {
+    world_.emplace(renderer_, visuals_, *client_);
+  }
+  if (world_) {
+    renderer_.Draw(world_->Look(*client_, hands_, seconds), width, height);
+  } else {
+    renderer_.Draw(Picture{}, width, height);
+  }
   for (const std::string& problem : visuals_.TakeProblems()) {
     std::fprintf(stderr, "tessera-desktop: %s\n", problem.c_str());
     notice_ = problem;

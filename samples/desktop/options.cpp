@@ -12,7 +12,7 @@ const char kUsage[] =
     "\n"
     "Shows a world, and moves a player in it.\n"
     "\n"
-    "  --control ADDRESS     HOST:PORT#FINGERPRINT of a players' door, or unix:PATH (default: this user's tessera up)\n"
+    "  --control ADDRESS     HOST:PORT#FINGERPRINT of a players' door in JSON, or unix:PATH (default: tessera up)\n"
     "  --instance ID         joins this world at once\n"
     "  --name NAME           shown to others (default player)\n"
     "  --size WxH            of the window (default 1280x720)\n"

@@ -1,12 +1,15 @@
 // `tessera up`: what one run leaves behind is what the next one begins with, and both say so.
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "client_sdk/include/tessera/connect.hpp"
 #include "host/temporary_folder.h"
 #include "host/testing/watched_program.h"
 #include "tests/support/run_program.h"
@@ -85,6 +88,50 @@ TEST_F(UpTest, OpensItsDoorsWhereTold) {
   const nlohmann::json said = nlohmann::json::parse(up.Output());
   EXPECT_THAT(said.at("operators").get<std::string>(), HasSubstr("127.0.0.1:"));
   EXPECT_THAT(said.at("players_https").get<std::string>(), ContainsRegex("^127\\.0\\.0\\.1:[1-9][0-9]+$"));
+  up.Signal(SIGTERM);
+  EXPECT_TRUE(up.Wait().Clean());
+}
+
+// A game in development joins a real cluster without gRPC: at the socket, and by TLS that knows the authority.
+TEST_F(UpTest, AGameInDevelopmentJoinsByItsDoorsInJson) {
+  std::vector<std::string> arguments = Arguments();
+  arguments.insert(arguments.end(), {"--players-https", "127.0.0.1:0", "-o", "json"});
+  host::WatchedProgram up(arguments);
+  ASSERT_TRUE(up.WaitForText("\"players_https\""));
+  const std::string control = "unix:" + state_.path() + "/control.sock";
+  const std::string https = nlohmann::json::parse(up.Output()).at("players_https").get<std::string>();
+  const auto authority = support::RunProgram("tessera", {"--control", control, "cluster", "authority"});
+  static const std::regex kFingerprint("[0-9a-f]{64}");
+  std::smatch fingerprint;
+  ASSERT_TRUE(std::regex_search(authority.out, fingerprint, kFingerprint)) << authority.out << authority.err;
+  const auto made = support::RunProgram(
+      "tessera", {"--control", control, "instance", "create", "--scene", "plaza", "--regions", "2", "--wait"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+
+  std::uint32_t player = 0;
+  for (const std::string& address : {control, https + "#" + fingerprint[0].str()}) {
+    std::vector<InstanceInfo> worlds;
+    ASSERT_EQ(ListInstances(address, worlds).text, "");
+    ASSERT_EQ(worlds.size(), 1U);
+    EXPECT_STREQ(worlds[0].id, "inst-1");
+    EXPECT_STREQ(worlds[0].scene, "plaza");
+    EXPECT_EQ(worlds[0].state, TESSERA_INSTANCE_RUNNING);
+    Client client;
+    ASSERT_EQ(client.Join({address, "inst-1", "ada"}).text, "");
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (client.state() != TESSERA_PLAYING && std::chrono::steady_clock::now() < limit) {
+      ASSERT_EQ(client.Poll().text, "");
+      std::this_thread::yield();
+    }
+    EXPECT_EQ(client.state(), TESSERA_PLAYING);
+    EXPECT_STREQ(client.Scene().name, "plaza");
+    EXPECT_EQ(client.player(), ++player);
+    EXPECT_EQ(client.Leave().text, "") << "the door let the player go";
+  }
+  const std::string other = https + "#" + std::string(64, 'a');
+  Client stranger;
+  const Error refused = stranger.Join({other, "inst-1", "ada"});
+  EXPECT_EQ(refused.code, TESSERA_UNAUTHENTICATED) << refused.text;
   up.Signal(SIGTERM);
   EXPECT_TRUE(up.Wait().Clean());
 }

@@ -1,6 +1,6 @@
 /* Joining through a control plane, for development and for programs that are no game: a library of its own,
- * libtessera-connect, which speaks gRPC and TLS and brings what these need. A game ships tessera.h alone, and joins by
- * a grant that its backend got for it. What holds for tessera.h holds here. */
+ * libtessera-connect, which speaks to the control plane's players' door in JSON and needs libcurl. A game ships
+ * tessera.h alone, and joins by a grant that its backend got for it. What holds for tessera.h holds here. */
 #ifndef TESSERA_CONNECT_H_
 #define TESSERA_CONNECT_H_
 
@@ -51,8 +51,9 @@ TESSERA_API tessera_code tessera_list_instances(const char* control_address, uin
 typedef struct tessera_join_options {
   uint32_t size;
   uint32_t deadline_ms; /* until the control plane has answered, and then until all regions have */
-  /* HOST:PORT#FINGERPRINT of a players' door, which is dialled by TLS: the fingerprint is that of the cluster's
-   * authority. Or unix:PATH, the socket of a control plane on this machine; NULL: that of this user's `tessera up`. */
+  /* HOST:PORT#FINGERPRINT of a players' door in JSON (tessera-control --players-https), which is dialled by TLS: the
+   * fingerprint is that of the cluster's authority. HOST:PORT: its certificate is of an authority that this system
+   * knows. Or unix:PATH, the socket of a control plane on this machine; NULL: that of this user's `tessera up`. */
   const char* control_address;
   const char* instance_id;
   /* Shown to others: at most TESSERA_MAX_PLAYER_NAME bytes of UTF-8 without control characters; may be NULL. */
@@ -72,8 +73,8 @@ typedef struct tessera_join_options {
 #define TESSERA_JOIN_OPTIONS \
   { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT, 0, NULL, NULL }
 
-/* Waits for the control plane, then gives a client that is TESSERA_JOINING. A large scene is not there yet: it is read
- * with the first polls. Every client wants tessera_close. */
+/* Waits for the control plane, then gives a client that is TESSERA_JOINING. The scene is not there yet: the regions
+ * send it, as tessera_join_grant says. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
 /* The grant alone, as a game's backend passes it on: the player has joined then, and whoever has the grant plays it.
  * Writes it only if it fits into `capacity` bytes (TESSERA_MAX_GRANT always do), and gives in `size` how many it has.

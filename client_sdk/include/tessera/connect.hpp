@@ -1,7 +1,7 @@
 // Joining through a control plane, in C++17: tessera.hpp with the functions of connect.h. Header only.
 //
 //   tessera::Client client;
-//   if (tessera::Error error = client.Join({"play.example:7703#3fa8...", "plaza-1", "ada"})) return Fail(error.text);
+//   if (tessera::Error error = client.Join({"play.example:7704#3fa8...", "plaza-1", "ada"})) return Fail(error.text);
 #ifndef TESSERA_CONNECT_HPP_
 #define TESSERA_CONNECT_HPP_
 

@@ -3,8 +3,8 @@
  * needs nothing else to play alone. Between the two are sockets of this machine (127.0.0.1); nobody without a grant of
  * this world gets in.
  *
- * It is in libtessera-connect and brings what that needs. What holds for tessera.h holds here: one thread, the caller's
- * clock, errors by tessera_last_error. */
+ * It is in libtessera-local, which brings what a region needs. What holds for tessera.h holds here: one thread, the
+ * caller's clock, errors by tessera_last_error. */
 #ifndef TESSERA_LOCAL_H_
 #define TESSERA_LOCAL_H_
 

@@ -168,7 +168,7 @@ class Client {
   Error Renew(const std::vector<std::uint8_t>& grant) { return Renew(grant.data(), grant.size()); }
   // Through a control plane: in <tessera/connect.hpp>, and libtessera-connect.
   Error Join(const Options& options);
-  // Into a world in this process: in <tessera/local.hpp>, and libtessera-connect.
+  // Into a world in this process: in <tessera/local.hpp>, and libtessera-local.
   Error JoinLocal(LocalWorld& world, const GrantOptions& options = {});
   Error Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000)) {
     return Error::Of(tessera_leave(get(), static_cast<std::uint32_t>(deadline.count())));

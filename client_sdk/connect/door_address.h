@@ -1,0 +1,30 @@
+// DoorAddress: where a control plane's players' door in JSON is, as a program states it.
+//
+//   unix:/run/tessera/control.sock   a control plane of this machine; the door is at its socket with .json behind it
+//   play.example:7704#3fa8...        TLS; the cluster's authority has this fingerprint (SHA-256, 64 hex digits)
+//   play.example:7704                TLS; the certificate is play.example's, of an authority that this system knows
+//
+// Thread rule: a value.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace tessera::client {
+
+struct DoorAddress {
+  std::string text;    // as it was stated, for errors
+  std::string socket;  // path of the door's own socket; empty: over TCP
+  std::string host;    // without brackets
+  std::uint16_t port = 0;
+  std::string fingerprint;  // empty: none was named
+
+  bool is_socket() const { return !socket.empty(); }
+};
+
+// Empty: the socket of this user's `tessera up`. INVALID_ARGUMENT: "\"nowhere\" is not of the form HOST:PORT".
+absl::StatusOr<DoorAddress> ParseDoorAddress(const std::string& text);
+
+}  // namespace tessera::client
