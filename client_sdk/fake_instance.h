@@ -30,7 +30,7 @@
 #include "net/join_grant.h"
 #include "net/testing/test_identity.h"
 #include "tessera/v1/game.pb.h"
-#include "tessera/v1/instance.grpc.pb.h"
+#include "tessera/v1/instance.pb.h"
 #include "tessera/v1/session.grpc.pb.h"
 
 namespace tessera::client {
@@ -320,28 +320,9 @@ class FakeRegion {
   double dropped_ = 0;
 };
 
-// The list that a menu shows: whatever the test puts there, in pages of two.
-class FakeInstanceList : public v1::InstanceService::Service {
- public:
-  std::vector<v1::Instance> instances;  // set before the call
-
-  grpc::Status ListInstances(grpc::ServerContext*, const v1::ListInstancesRequest* request,
-                             v1::ListInstancesResponse* response) override {
-    std::size_t at = request->page_token().empty() ? 0 : std::stoul(request->page_token());
-    for (const std::size_t end = std::min(at + 2, instances.size()); at < end; ++at) {
-      *response->add_instances() = instances[at];
-      response->mutable_instances()->rbegin()->clear_player_list();  // as the control plane does
-    }
-    if (at < instances.size()) response->set_next_page_token(std::to_string(at));
-    return grpc::Status::OK;
-  }
-  grpc::Status GetInstance(grpc::ServerContext*, const v1::GetInstanceRequest* request,
-                           v1::GetInstanceResponse* response) override {
-    for (const v1::Instance& instance : instances) {
-      if (instance.id() == request->id()) *response->mutable_instance() = instance;
-    }
-    return grpc::Status::OK;
-  }
+// The list that a menu shows: whatever the test puts there, before it is asked for.
+struct FakeInstanceList {
+  std::vector<v1::Instance> instances;
 };
 
 class FakeInstance : public v1::SessionService::Service {
@@ -371,7 +352,6 @@ class FakeInstance : public v1::SessionService::Service {
     address = "unix:" + folder_.path() + "/control.sock";
     builder.AddListeningPort(address, grpc::InsecureServerCredentials());
     builder.RegisterService(this);
-    builder.RegisterService(&list);
     server_ = builder.BuildAndStart();
   }
   ~FakeInstance() override { server_->Shutdown(); }
