@@ -24,8 +24,10 @@ else()
   pkg_check_modules(enet REQUIRED IMPORTED_TARGET GLOBAL libenet)
   pkg_check_modules(sodium REQUIRED IMPORTED_TARGET GLOBAL libsodium)
 endif()
-# A declaration names it, and nothing here builds with it.
-add_library(PkgConfig::lua INTERFACE IMPORTED GLOBAL)
+# Declarations name them, and nothing here builds with them.
+foreach(name PkgConfig::lua CURL::libcurl nlohmann_json::nlohmann_json)
+  add_library(${name} INTERFACE IMPORTED GLOBAL)
+endforeach()
 
 foreach(folder game_sdk core net client_sdk)
   add_subdirectory(${folder} EXCLUDE_FROM_ALL)

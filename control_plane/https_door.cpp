@@ -25,6 +25,7 @@
 #include "control_plane/doors.h"
 #include "control_plane/join_page.h"
 #include "control_plane/one_line.h"
+#include "control_plane/restraint.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
 #include "trust/openssl_handles.h"
@@ -148,7 +149,7 @@ struct HttpsDoor::Impl {
   static Impl& Of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
 
   bool IsSocket() const { return !settings.socket_path.empty(); }
-  bool MayConnect(int socket_fd) const;
+  bool MayConnect(int socket_fd);
   void Opened(lws* wsi);
   void Closed(lws* wsi);
   int Begin(lws* wsi, Connection& connection);
@@ -186,9 +187,17 @@ struct HttpsDoor::Impl {
 
 // --- Connections -----------------------------------------------------------------------------------------------------
 
-bool HttpsDoor::Impl::MayConnect(int socket_fd) const {
+bool HttpsDoor::Impl::MayConnect(int socket_fd) {
   if (connections.size() >= settings.max_connections) return false;
-  if (IsSocket()) return true;
+  if (IsSocket()) {
+    const absl::Status status = CheckPeer(socket_fd);
+    if (status.ok()) return true;
+    if (const auto left_out = refusals.Take(telemetry::LogThrottle::Clock::now())) {
+      spdlog::warn("refused at the players' socket reason={} more={}",
+                   telemetry::LogValue(std::string(status.message())), *left_out);
+    }
+    return false;
+  }
   const auto known = by_address.find(CountedAddress(socket_fd));
   return known == by_address.end() || known->second < settings.max_from_address;
 }

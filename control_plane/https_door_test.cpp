@@ -7,11 +7,14 @@
 #include <netinet/in.h>
 #include <openssl/pem.h>
 #include <sodium.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -308,6 +311,39 @@ TEST_F(HttpsDoorTest, ASocketServesThisUserAlone) {
   plane_->Stop();
   door->reset();
   EXPECT_NE(stat(path.c_str(), &found), 0) << "the socket goes with the door";
+}
+
+// As at the operators' socket: a worker that was taken over has this user's rights to the file, and gets no grant.
+TEST_F(HttpsDoorTest, ASocketServesNobodyWhoHasGivenUpRights) {
+  if (prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0) == 1) GTEST_SKIP() << "this process has given them up itself";
+  const host::TemporaryFolder folder;
+  const std::string path = folder.path() + "/control.sock.json";
+  HttpsSettings settings;
+  settings.socket_path = path;
+  auto door = HttpsDoor::Start(settings, *plane_, metrics_);
+  ASSERT_TRUE(door.ok()) << door.status();
+  const std::string sent = "POST /v1/instances HTTP/1.1\r\nHost: x\r\nContent-Length: 2\r\n\r\n{}";
+  sockaddr_un to{};
+  to.sun_family = AF_UNIX;
+  ASSERT_LT(path.size(), sizeof to.sun_path);
+  std::copy(path.begin(), path.end(), to.sun_path);
+  const auto answered = [&](bool restrained) {
+    const pid_t child = fork();
+    if (child == 0) {
+      const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      char byte = 0;
+      const bool asked = (!restrained || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0) &&
+                         connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+      if (asked) (void)!send(fd, sent.data(), sent.size(), MSG_NOSIGNAL);
+      _exit(!asked ? 2 : recv(fd, &byte, 1, 0) == 1 ? 1 : 0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  EXPECT_EQ(answered(false), 1);
+  EXPECT_EQ(answered(true), 0);
+  EXPECT_EQ(answered(false), 1) << "others are, as before";
 }
 
 TEST_F(HttpsDoorTest, PlainTextAndRubbishGetNothing) {

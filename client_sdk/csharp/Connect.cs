@@ -1,4 +1,4 @@
-// All that is in libtessera-connect and that no game ships: grants from a control plane, and a world in this process.
+// All that no game ships: grants from a control plane (libtessera-connect), and a world in this process (libtessera-local).
 using System;
 using System.Collections.Generic;
 using Tessera.Native;

@@ -1,4 +1,4 @@
-// The C interface of libtessera-client and libtessera-connect. Written by make_csharp.py from their headers.
+// The C interface of libtessera-client, libtessera-connect and libtessera-local. Written by make_csharp.py from their headers.
 using System;
 using System.Runtime.InteropServices;
 
@@ -790,22 +790,22 @@ namespace Tessera.Native {
     [DllImport("tessera-connect", CallingConvention = CallingConvention.Cdecl)]
     public static extern Code tessera_get_grant(tessera_join_options* options, void* grant, UIntPtr capacity, UIntPtr* size);
 
-    [DllImport("tessera-connect", CallingConvention = CallingConvention.Cdecl)]
+    [DllImport("tessera-local", CallingConvention = CallingConvention.Cdecl)]
     public static extern Code tessera_local_world(tessera_local_options* options, IntPtr* world);
 
-    [DllImport("tessera-connect", CallingConvention = CallingConvention.Cdecl)]
+    [DllImport("tessera-local", CallingConvention = CallingConvention.Cdecl)]
     public static extern Code tessera_local_advance(IntPtr world, long now_ns);
 
-    [DllImport("tessera-connect", CallingConvention = CallingConvention.Cdecl)]
+    [DllImport("tessera-local", CallingConvention = CallingConvention.Cdecl)]
     public static extern Code tessera_local_join(IntPtr world, tessera_grant_options* options, IntPtr* client);
 
-    [DllImport("tessera-connect", CallingConvention = CallingConvention.Cdecl)]
+    [DllImport("tessera-local", CallingConvention = CallingConvention.Cdecl)]
     public static extern ulong tessera_local_tick(IntPtr world);
 
-    [DllImport("tessera-connect", CallingConvention = CallingConvention.Cdecl)]
+    [DllImport("tessera-local", CallingConvention = CallingConvention.Cdecl)]
     public static extern byte* tessera_local_line(IntPtr world);
 
-    [DllImport("tessera-connect", CallingConvention = CallingConvention.Cdecl)]
+    [DllImport("tessera-local", CallingConvention = CallingConvention.Cdecl)]
     public static extern void tessera_local_close(IntPtr world);
   }
 }

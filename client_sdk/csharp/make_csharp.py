@@ -20,10 +20,9 @@ TYPES = {
     "int32_t": "int", "uint32_t": "uint", "int64_t": "long", "uint64_t": "ulong", "uint8_t": "byte",
     "size_t": "UIntPtr", "double": "double", "float": "float", "char": "byte", "void": "void",
 }
-LIBRARIES = {"tessera": "tessera-client"}  # by the header's name; the others are of this one:
-CONNECT = "tessera-connect"
+LIBRARIES = {"tessera": "tessera-client", "connect": "tessera-connect", "local": "tessera-local"}  # by the header's name
 KEYWORDS = {"event", "params", "ref", "out", "in", "object", "string", "lock", "base", "fixed"}
-HEAD = '''// The C interface of libtessera-client and libtessera-connect. Written by make_csharp.py from their headers.
+HEAD = '''// The C interface of libtessera-client, libtessera-connect and libtessera-local. Written by make_csharp.py from their headers.
 using System;
 using System.Runtime.InteropServices;
 
@@ -127,7 +126,7 @@ def write_functions(headers, out):
     for name, value in headers.constants.items():
         out.write(f"    public const int {name} = {value};\n")
     for name, (result, arguments) in headers.functions.items():
-        library = LIBRARIES.get(headers.libraries[name], CONNECT)
+        library = LIBRARIES[headers.libraries[name]]
         listed = ", ".join(f"{type_of(headers, whole)} {named(argument)}" for argument, whole in arguments)
         out.write(f'\n    [DllImport("{library}", CallingConvention = CallingConvention.Cdecl)]\n')
         out.write(f"    public static extern {type_of(headers, result)} {name}({listed});\n")
