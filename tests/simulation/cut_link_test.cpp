@@ -9,32 +9,24 @@
 #include <vector>
 
 #include "core/world/partition_change.h"
-#include "spdlog/spdlog.h"
-#include "tests/simulation/deployment.h"
-#include "tests/simulation/instance.h"
+#include "tests/simulation/deployed_world.h"
 
 namespace tessera::simulation {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
-constexpr double kCutHalf_m = 20;  // half the ground's side
-constexpr std::size_t kCutBalls = 60;
 constexpr Micros kUntilMoved = Milliseconds(10'000);  // kCutAfter and the default of --move-cut-after
 
-class CutLinkTest : public testing::Test {
- protected:
-  CutLinkTest() { spdlog::set_level(spdlog::level::off); }
-};
+class CutLinkTest : public QuietTest {};
 
-struct CutWorld {
-  explicit CutWorld(DeploymentOptions options)
-      : CutWorld(Swarm(kCutHalf_m, static_cast<int>(kCutBalls)), kCutBalls, options) {}
-  CutWorld(const SceneBuilder& scene, std::size_t count, DeploymentOptions options)
-      : bodies(count), deployment(scene.Build(), options) {
-    EXPECT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
-    deployment.RunFor(Milliseconds(300 + 170 * options.seed));  // each seed is struck at another moment
+struct CutWorld : DeployedWorld {
+  explicit CutWorld(const DeploymentOptions& options) : DeployedWorld(options, MomentOf(options.seed)) { Remember(); }
+  CutWorld(const SceneBuilder& scene, std::size_t count, const DeploymentOptions& options)
+      : DeployedWorld(scene, count, options, MomentOf(options.seed)) {
+    Remember();
+  }
+  void Remember() {
     for (const SimulatedWorker* worker : deployment.Workers()) first.insert(worker->node());
   }
   void Cut(std::uint32_t one, std::uint32_t other, bool cut = true) {
@@ -74,16 +66,8 @@ struct CutWorld {
       }
     }
   }
-  void ExpectWhole() {
-    deployment.Settle();
-    EXPECT_THAT(deployment.problems(), IsEmpty());
-    EXPECT_EQ(deployment.bodies(), bodies);
-    EXPECT_EQ(deployment.instance().lost_bodies(), 0U);
-  }
 
-  std::size_t bodies;
   std::set<Node> first;
-  Deployment deployment;
 };
 
 // Each is the other's only standby, so while the link is cut nobody has a copy of either.
@@ -112,7 +96,7 @@ TEST_F(CutLinkTest, OfTwoRegionsOneGoesToAThirdHostAndNothingIsLostOrDoubled) {
 
 // The planned move alone is enough then.
 TEST_F(CutLinkTest, WhereNoBodyWaitsForTheLinkTheWorldDoesNotStopForIt) {
-  SceneBuilder scene(kCutHalf_m);
+  SceneBuilder scene(kDeployedHalf_m);
   for (int i = 0; i < 8; ++i) {
     scene.Add(Ball(0.4), {i % 2 == 0 ? -12.0 : 12.0, 0, -14.0 + 4 * i}, {0, 0, 0.2F}).may_sleep = false;
   }

@@ -3,42 +3,20 @@
 
 #include <gmock/gmock.h>
 
-#include "spdlog/spdlog.h"
-#include "tests/simulation/instance.h"
+#include "tests/simulation/deployed_world.h"
 
 namespace tessera::simulation {
 namespace {
 
-using ::testing::IsEmpty;
+class DeploymentTest : public QuietTest {};
 
-constexpr double kHalf = 20;  // half the ground's side, m
-
-class DeploymentTest : public testing::Test {
- protected:
-  DeploymentTest() { spdlog::set_level(spdlog::level::off); }
-};
-
-struct Deployed {
-  explicit Deployed(DeploymentOptions options = {}, int balls = 60)
-      : bodies(static_cast<std::size_t>(balls)), deployment(Swarm(kHalf, balls).Build(), options) {
-    EXPECT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
-    deployment.RunFor(Milliseconds(300));
-  }
-  // After faults of which none may cost a body.
-  void ExpectWhole() {
-    deployment.Settle();
-    EXPECT_THAT(deployment.problems(), IsEmpty());
-    EXPECT_EQ(deployment.bodies(), bodies);
-    EXPECT_EQ(deployment.instance().lost_bodies(), 0U);
-  }
+struct Deployed : DeployedWorld {
+  explicit Deployed(const DeploymentOptions& options = {}) : DeployedWorld(options) {}
   Tick TickOf(std::uint32_t region) { return deployment.Find(RegionId(region))->region()->tick(); }
   bool PausedOn(std::uint32_t host) {
     const std::vector<SimulatedWorker*> workers = deployment.host(host).workers();
     return std::ranges::all_of(workers, [](const SimulatedWorker* worker) { return worker->paused(); });
   }
-
-  std::size_t bodies;
-  Deployment deployment;
 };
 
 TEST_F(DeploymentTest, AnInstanceStartsAndEveryRegionIsProtected) {

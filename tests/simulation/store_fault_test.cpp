@@ -7,19 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "spdlog/spdlog.h"
 #include "tests/simulation/chance.h"
-#include "tests/simulation/deployment.h"
-#include "tests/simulation/instance.h"
+#include "tests/simulation/deployed_world.h"
 
 namespace tessera::simulation {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
-constexpr double kStoreHalf_m = 20;  // half the ground's side
-constexpr std::size_t kStoreBalls = 60;
 constexpr Micros kLook = Milliseconds(10);
 constexpr Micros kNoStep = Milliseconds(250);        // a region without a step for so long does not step
 constexpr Micros kFalseAtMost = Milliseconds(2000);  // at a stretch; what the figures of a cluster's faults ask for
@@ -82,18 +77,11 @@ class FalseWords {
   Stretch silent_, standing_, running_, degraded_;
 };
 
-class StoreFaultTest : public testing::Test {
- protected:
-  StoreFaultTest() { spdlog::set_level(spdlog::level::off); }
-};
+class StoreFaultTest : public QuietTest {};
 
-struct StoreWorld {
+struct StoreWorld : DeployedWorld {
   explicit StoreWorld(std::uint64_t seed = 1)
-      : deployment(Swarm(kStoreHalf_m, static_cast<int>(kStoreBalls)).Build(), {.seed = seed, .regions = 4}),
-        words(deployment) {
-    EXPECT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
-    deployment.RunFor(Milliseconds(300 + 170 * seed));  // each seed is struck at another moment
-  }
+      : DeployedWorld({.seed = seed, .regions = 4}, MomentOf(seed)), words(deployment) {}
   std::uint32_t StandbyOf(std::uint32_t region) { return deployment.Find(RegionId(region))->order().standby.value(); }
   // Two regions that may both die: neither is the other's standby.
   std::vector<std::uint32_t> Apart() {
@@ -104,14 +92,7 @@ struct StoreWorld {
     }
     return {};
   }
-  void ExpectWhole() {
-    deployment.Settle();
-    EXPECT_THAT(deployment.problems(), IsEmpty());
-    EXPECT_EQ(deployment.bodies(), kStoreBalls);
-    EXPECT_EQ(deployment.instance().lost_bodies(), 0U);
-  }
 
-  Deployment deployment;
   FalseWords words;
 };
 
