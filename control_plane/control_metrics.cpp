@@ -186,6 +186,11 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
                                    prometheus::MetricType::Gauge,
                                    {}};
   stopped.metric.emplace_back().gauge.value = summary.checkpoints_stopped ? 1 : 0;
+  prometheus::MetricFamily too_large{"tessera_control_checkpoints_too_large",
+                                     "instances whose last checkpoint was larger than the quota, and not made",
+                                     prometheus::MetricType::Gauge,
+                                     {}};
+  too_large.metric.emplace_back().gauge.value = summary.over_checkpoint_quota;
   prometheus::MetricFamily clocks{"tessera_control_host_clock_ahead_seconds",
                                   "the host's wall clock against the control plane's; below 0: behind it",
                                   prometheus::MetricType::Gauge,
@@ -204,7 +209,8 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = is_behind ? 1 : 0;
   }
-  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing, stopped, clocks, behind};
+  std::vector<prometheus::MetricFamily> families{hosts,   instances, writes, failures, failing,
+                                                 stopped, too_large, clocks, behind};
   AddHealth(summary.health, families);
   return families;
 }

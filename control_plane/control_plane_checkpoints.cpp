@@ -32,7 +32,7 @@ absl::Status NoFiles() { return absl::FailedPreconditionError("this control plan
 
 absl::Status ControlPlane::TakeUpload(const v1::UploadCheckpointRequest& request, const std::string& bytes) {
   if (!files_) return NoFiles();
-  absl::Status status = Call([&](Cluster& cluster, Now) { return cluster.CheckUpload(request); });
+  absl::Status status = Call([&](Cluster& cluster, Now now) { return cluster.CheckUpload(now, request); });
   if (!status.ok()) return status;
   const std::string& id = request.identity().instance_id();
   if (bytes.size() != request.size() || Sha256Hex(bytes) != request.hash()) {
@@ -207,8 +207,13 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   plan->map = *std::move(map);
   plan->restored = manifest;
   plan->bodies = Within(plan->bodies, manifest.bodies());
+  std::uint64_t size = 0;
+  for (const records::ManifestFile& file : manifest.files()) size += file.size();
   Lock lock(mutex_);
   if (auto made = GetByRequestId(cluster_->state(), request.request_id()); made.ok()) return made;
+  if (const absl::Status fits = cluster_->CheckCheckpointQuota(size); !fits.ok()) {
+    return absl::Status(fits.code(), absl::StrCat("file: ", fits.message()));
+  }
   auto instance = cluster_->CreateInstance(ReadClocks(), *plan, request.validate_only());
   Publish();
   if (!instance.ok() || request.validate_only()) return instance;

@@ -38,6 +38,8 @@ struct ControlSettings {
   // How long a player who has left stays in the orders after all workers know, so that a late grant of the body is
   // still met by someone who knows that the player has left.
   std::chrono::milliseconds keep_left_players{60'000};
+  // Bytes that the kept checkpoints of one world may take; 0: as many as they need.
+  std::uint64_t checkpoint_quota = 0;
   // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
   std::string release;
 };

@@ -43,7 +43,7 @@ struct ControlFlags {
   std::string state_dir, checkpoints;
   std::string s3_endpoint, s3_region;
   std::optional<S3Settings> s3;  // where `checkpoints` names a bucket
-  std::uint64_t checkpoint_reserve_mb = 256;
+  std::uint64_t checkpoint_reserve_mb = 256, checkpoint_quota_mb = 0;
   StoreFlags store;
   std::string ready_file;
   std::string restore;
@@ -277,6 +277,7 @@ int main(int argc, char** argv) {
   using namespace tessera;
   control::ControlFlags flags;
   flags.settings.release = TESSERA_VERSION;
+  flags.settings.checkpoint_quota = flags.checkpoint_quota_mb * 1'000'000;
   CLI::App app(
       "The control plane of a Tessera cluster: places worlds on hosts, starts and watches them, lets players in.",
       "tessera-control");
@@ -324,6 +325,12 @@ int main(int argc, char** argv) {
   app.add_option("--s3-region", flags.s3_region, "its region; default the variable AWS_REGION, else us-east-1");
   app.add_option("--checkpoint-reserve-mb", flags.checkpoint_reserve_mb,
                  "megabytes of the checkpoints' disk that are left to the store: with less free no checkpoint is made")
+      ->check(CLI::Range(0, 100'000'000))
+      ->capture_default_str();
+  app.add_option(
+         "--checkpoint-quota-mb", flags.checkpoint_quota_mb,
+         "megabytes that the kept checkpoints of one world may take: the oldest go first, and one that alone is "
+         "larger is not made; 0 is no limit")
       ->check(CLI::Range(0, 100'000'000))
       ->capture_default_str();
   control::AddStoreOptions(app, flags.store);

@@ -65,7 +65,7 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       instances_(*state_, settings),
       changes_(*state_, settings),
       failovers_(*state_, settings),
-      checkpoints_(*state_),
+      checkpoints_(*state_, settings.checkpoint_quota),
       players_(*state_, settings),
       properties_(*state_),
       game_logs_(*state_),
@@ -376,8 +376,8 @@ std::uint64_t Cluster::CheckpointUnderWay(const std::string& id) const {
   return instance == nullptr ? 0 : checkpoints_.UnderWay(*instance);
 }
 
-absl::Status Cluster::CheckUpload(const v1::UploadCheckpointRequest& request) const {
-  return checkpoints_.CheckUpload(request);
+absl::Status Cluster::CheckUpload(Now now, const v1::UploadCheckpointRequest& request) {
+  return checkpoints_.CheckUpload(request, now);
 }
 
 std::optional<records::Manifest> Cluster::NoteUploaded(const v1::UploadCheckpointRequest& request) {

@@ -133,7 +133,8 @@ class Cluster {
   // As ClusterState has it.
   void SetCheckpointTrouble(const std::string& why) { state_->SetCheckpointTrouble(why); }
   std::uint64_t CheckpointUnderWay(const std::string& id) const;
-  absl::Status CheckUpload(const v1::UploadCheckpointRequest& request) const;
+  absl::Status CheckUpload(Now now, const v1::UploadCheckpointRequest& request);
+  absl::Status CheckCheckpointQuota(std::uint64_t bytes) const { return checkpoints_.CheckQuota(bytes); }
   std::optional<records::Manifest> NoteUploaded(const v1::UploadCheckpointRequest& request);
   void NoteCheckpoint(Now now, const std::string& id, const records::Manifest& manifest, std::uint64_t size);
   absl::Status CheckFetch(const v1::FetchStateRequest& request) const;

@@ -31,7 +31,7 @@ struct CheckpointedWorld {
         EXPECT_EQ(worker.order.checkpoint().tick(), tick);
         const v1::UploadCheckpointRequest request = UploadOf(agent, worker, tick);
         EXPECT_FALSE(done);
-        EXPECT_TRUE(harness.cluster().CheckUpload(request).ok());
+        EXPECT_TRUE(harness.cluster().CheckUpload(harness.now, request).ok());
         done = harness.cluster().NoteUploaded(request);
       }
     }
@@ -102,12 +102,12 @@ TEST(CheckpointTest, OneIsNotMadeWholeByADeath) {
   }
   ASSERT_EQ(uploads.size(), 4u);
   for (std::size_t i = 0; i < 3; ++i) {
-    ASSERT_TRUE(harness.cluster().CheckUpload(uploads[i]).ok());
+    ASSERT_TRUE(harness.cluster().CheckUpload(harness.now, uploads[i]).ok());
     ASSERT_FALSE(harness.cluster().NoteUploaded(uploads[i]).has_value());
   }
   auto& agent = harness.AgentOf(world.id, uploads[0].identity().region());
   harness.Send(agent, agent.fake.Kill({world.id, uploads[0].identity().region()}, 9));
-  EXPECT_EQ(harness.cluster().CheckUpload(uploads[3]).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(harness.cluster().CheckUpload(harness.now, uploads[3]).code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_FALSE(harness.cluster().NoteUploaded(uploads[3]).has_value());
   harness.Run(seconds(5));
   EXPECT_EQ(harness.Get(world.id).checkpoints_size(), 0);
@@ -117,11 +117,12 @@ TEST(CheckpointTest, AFileThatNobodyWaitsForIsRefused) {
   CheckpointedWorld world(0);
   auto& agent = world.harness.agents["alpha"];
   v1::UploadCheckpointRequest request;
-  EXPECT_EQ(world.harness.cluster().CheckUpload(request).code(), absl::StatusCode::kUnauthenticated);
+  EXPECT_EQ(world.harness.cluster().CheckUpload(world.harness.now, request).code(), absl::StatusCode::kUnauthenticated);
   request.set_host_id(agent.host_id);
   request.set_host_secret(agent.secret);
   request.set_tick(5);
-  EXPECT_EQ(world.harness.cluster().CheckUpload(request).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(world.harness.cluster().CheckUpload(world.harness.now, request).code(),
+            absl::StatusCode::kFailedPrecondition);
 }
 
 TEST(CheckpointTest, ARegionAndItsStandbyLostTogetherComeBackWithALossOfTime) {

@@ -120,6 +120,9 @@ struct InstanceEntry {
   std::uint64_t published_events = 0;     // that the game ever published, and restores
   std::size_t game_messages_waiting = 0;  // for an answer
 
+  // Written by InstanceCheckpoints.
+  bool over_checkpoint_quota = false;  // its last one was too large, and was not made
+
   // Written by Reconciler.
   std::string unstored;  // why its last step is not in the store; empty: it is
 

@@ -1,6 +1,7 @@
 #include "control_plane/cluster/instance_checkpoints.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/change.h"
@@ -22,6 +23,15 @@ std::uint64_t NewestTick(const InstanceEntry& instance) {
   for (const WorkerEntry& worker : instance.workers) newest = std::max(newest, worker.report.tick());
   return newest;
 }
+
+std::uint64_t SizeOf(const records::Instance& record) {
+  std::uint64_t bytes = 0;
+  for (const v1::Checkpoint& checkpoint : record.checkpoints()) bytes += checkpoint.size_bytes();
+  return bytes;
+}
+
+// Rounded up: what is too much by a byte must not be told as what is allowed.
+std::uint64_t Megabytes(std::uint64_t bytes) { return (bytes + 999'999) / 1'000'000; }
 
 bool RunsUnchanged(const InstanceEntry& instance) {
   return instance.record.state() == v1::INSTANCE_STATE_RUNNING && AtRest(instance.record);
@@ -74,19 +84,33 @@ const InstanceCheckpoints::Draft* InstanceCheckpoints::DraftOf(const InstanceEnt
   return draft.map_version == instance.record.map().version() && AtRest(instance.record) ? &draft : nullptr;
 }
 
-absl::Status InstanceCheckpoints::CheckUpload(const v1::UploadCheckpointRequest& request) const {
+absl::Status InstanceCheckpoints::CheckQuota(std::uint64_t bytes) const {
+  if (quota_ == 0 || bytes <= quota_) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("a checkpoint of ", Megabytes(bytes), " MB is larger than the ",
+                                                   quota_ / 1'000'000,
+                                                   " MB that those of a world may take (--checkpoint-quota-mb)"));
+}
+
+absl::Status InstanceCheckpoints::CheckUpload(const v1::UploadCheckpointRequest& request, Now now) {
   if (absl::Status status = CheckHostSecret(state_, request.host_id(), request.host_secret()); !status.ok()) {
     return status;
   }
   const v1::WorkerIdentity& identity = request.identity();
-  const InstanceEntry* instance = state_.FindInstance(identity.instance_id());
-  if (instance != nullptr && DraftOf(*instance, request.tick()) != nullptr) {
+  InstanceEntry* instance = state_.FindInstance(identity.instance_id());
+  const Draft* draft = instance == nullptr ? nullptr : DraftOf(*instance, request.tick());
+  if (draft != nullptr) {
     const auto& placements = instance->record.placements();
     const bool placed = std::any_of(placements.begin(), placements.end(), [&](const records::Placement& placement) {
       return placement.region() == identity.region() && placement.host_id() == request.host_id() &&
              placement.incarnation() == identity.incarnation();
     });
-    if (placed) return absl::OkStatus();
+    if (placed) {
+      std::uint64_t bytes = request.size();
+      for (const auto& [region, file] : draft->files) bytes += region == identity.region() ? 0 : file.size();
+      const absl::Status fits = CheckQuota(bytes);
+      if (!fits.ok()) NoteOverQuota(*instance, fits, now);
+      return fits;
+    }
   }
   return absl::FailedPreconditionError(absl::StrCat("tick: no checkpoint of tick ", request.tick(), " is being made"));
 }
@@ -121,8 +145,46 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
   return manifest;
 }
 
+// It is an error in the log each time, and an event once.
+void InstanceCheckpoints::NoteOverQuota(InstanceEntry& instance, const absl::Status& why, Now now) {
+  if (UnderWay(instance) != 0) Abandon(instance, std::string(why.message()), now);
+  work_[instance.number].next = Steady(0);  // no sooner than after another interval: it is as large again
+  state_.Log(absl::StrCat("no checkpoint id=", instance.record.id(), ": ", why.message()), Severity::kError);
+  if (std::exchange(instance.over_checkpoint_quota, true)) return;
+  records::Instance next = instance.record;
+  AddEvent(next, now, absl::StrCat("no checkpoint: ", why.message()));
+  if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) {
+    LogTrouble(state_, instance, "an event cannot be stored for now", status);
+  }
+  state_.MarkChanged(instance);
+}
+
+std::vector<std::uint64_t> InstanceCheckpoints::Prune(Work& work, records::Instance& next, Now now) const {
+  std::vector<std::uint64_t> pruned;
+  const auto drop_oldest = [&] {
+    pruned.push_back(next.checkpoints(0).tick());
+    next.mutable_checkpoints()->DeleteSubrange(0, 1);
+  };
+  const auto keep = static_cast<int>(std::max(next.keep_checkpoints(), 1U));
+  while (next.checkpoints_size() > keep) drop_oldest();
+  if (next.checkpoints_size() == keep) work.fewer_said = false;
+  bool fewer = false;
+  for (; quota_ != 0 && next.checkpoints_size() > 1 && SizeOf(next) > quota_; fewer = true) drop_oldest();
+  // Said when it begins, not with each one that is made.
+  if (fewer && !std::exchange(work.fewer_said, true)) {
+    AddEvent(next, now,
+             absl::StrCat(next.checkpoints_size(), " of ", keep, " checkpoints are kept: more take over ",
+                          quota_ / 1'000'000, " MB (--checkpoint-quota-mb)"));
+  }
+  return pruned;
+}
+
 void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manifest& manifest, std::uint64_t size,
                                    Now now) {
+  if (const absl::Status fits = CheckQuota(size); !fits.ok()) {
+    state_.effects().pruned.emplace_back(instance.record.id(), manifest.tick());
+    return NoteOverQuota(instance, fits, now);
+  }
   if (UnderWay(instance) == manifest.tick()) work_[instance.number].draft.reset();
   records::Instance next = instance.record;
   v1::Checkpoint& checkpoint = *next.add_checkpoints();
@@ -130,15 +192,11 @@ void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manif
   *checkpoint.mutable_create_time() = ToTimestamp(now.unix_time);
   checkpoint.set_regions(static_cast<std::uint32_t>(manifest.map().regions_size()));
   checkpoint.set_size_bytes(size);
-  std::vector<std::uint64_t> pruned;
-  const auto keep = static_cast<int>(std::max(next.keep_checkpoints(), 1u));
-  while (next.checkpoints_size() > keep) {
-    pruned.push_back(next.checkpoints(0).tick());
-    next.mutable_checkpoints()->DeleteSubrange(0, 1);
-  }
+  const std::vector<std::uint64_t> pruned = Prune(work_[instance.number], next, now);
   if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) {
     return LogTrouble(state_, instance, "checkpoint cannot be listed", status);
   }
+  instance.over_checkpoint_quota = false;
   for (const std::uint64_t tick : pruned) state_.effects().pruned.emplace_back(instance.record.id(), tick);
   state_.MarkOrders(instance);
   state_.MarkChanged(instance);

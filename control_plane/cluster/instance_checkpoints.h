@@ -5,6 +5,9 @@
 // the manifest is complete. A change of who runs what on the way abandons it, as its files would not be the whole
 // world. A draft is not stored: after a restart of the control plane the checkpoint is begun anew.
 //
+// Those that are kept of a world take no more than the quota: the oldest go before their number says so, and one that
+// alone is larger is not made. The world runs on with those that it has, and its events say it once.
+//
 // Thread rule: as Cluster.
 #pragma once
 
@@ -12,6 +15,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "control_plane/cluster/cluster_state.h"
@@ -24,7 +28,8 @@ namespace tessera::control {
 
 class InstanceCheckpoints {
  public:
-  explicit InstanceCheckpoints(ClusterState& state) : state_(state) {}
+  // `quota`: bytes that those of one world may take; 0: as many as they need.
+  explicit InstanceCheckpoints(ClusterState& state, std::uint64_t quota = 0) : state_(state), quota_(quota) {}
   void Forget(std::uint64_t number) { work_.erase(number); }
 
   // --- Making one.
@@ -33,11 +38,15 @@ class InstanceCheckpoints {
   absl::StatusOr<std::uint64_t> Begin(InstanceEntry& instance, Now now);
   // The tick of the checkpoint that is being made; 0 if none is.
   std::uint64_t UnderWay(const InstanceEntry& instance) const;
-  // FAILED_PRECONDITION: nobody waits for that file.
-  absl::Status CheckUpload(const v1::UploadCheckpointRequest& request) const;
+  // FAILED_PRECONDITION: nobody waits for that file. RESOURCE_EXHAUSTED: with it the checkpoint is larger than the
+  // quota, and it is abandoned.
+  absl::Status CheckUpload(const v1::UploadCheckpointRequest& request, Now now);
+  // RESOURCE_EXHAUSTED: a checkpoint of so many bytes is larger than the quota.
+  absl::Status CheckQuota(std::uint64_t bytes) const;
   // The file is on the disk. Returns the manifest if it was the last one.
   std::optional<records::Manifest> NoteUploaded(const v1::UploadCheckpointRequest& request);
-  // All files are on the disk, `size` bytes: lists the checkpoint, and prunes the oldest.
+  // All files are on the disk, `size` bytes: lists the checkpoint, and prunes the oldest. One that is larger than the
+  // quota is removed instead.
   void NoteMade(InstanceEntry& instance, const records::Manifest& manifest, std::uint64_t size, Now now);
   // Time passes: begins one when it is due, abandons one that cannot be finished.
   void Step(InstanceEntry& instance, Now now);
@@ -74,13 +83,18 @@ class InstanceCheckpoints {
     Steady next{0};           // when the next one is due; 0: not yet reckoned
     std::string restore_why;  // empty: the world is not to be restored
     Steady restore_again_at{0};
+    bool fewer_said = false;  // that the quota keeps fewer of them than were asked for
   };
 
   absl::StatusOr<std::uint64_t> BeginStanding(InstanceEntry& instance, Now now);
   const Draft* DraftOf(const InstanceEntry& instance, std::uint64_t tick) const;
   void Abandon(InstanceEntry& instance, const std::string& why, Now now);
+  void NoteOverQuota(InstanceEntry& instance, const absl::Status& why, Now now);
+  // Drops what is too many or too much from the list, the oldest first, and returns its ticks. One stays.
+  std::vector<std::uint64_t> Prune(Work& work, records::Instance& next, Now now) const;
 
   ClusterState& state_;
+  const std::uint64_t quota_;
   std::map<std::uint64_t, Work> work_;  // by instance number
 };
 

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "control_plane/control_settings.h"
 #include "control_plane/secrets.h"
 #include "control_plane/testing/state_rig.h"
@@ -35,14 +37,21 @@ class CheckpointsTest : public ::testing::Test {
     change(next);
     ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
   }
-  // Makes one, and returns its tick.
-  std::uint64_t Make() {
-    const std::uint64_t tick = *checkpoints_.Begin(instance_, rig_.now);
-    EXPECT_FALSE(checkpoints_.NoteUploaded(UploadOf(1, tick)));
-    const auto manifest = checkpoints_.NoteUploaded(UploadOf(2, tick));
+  // Makes one of so many bytes, and returns its tick.
+  std::uint64_t Make(InstanceCheckpoints& checkpoints, std::uint64_t bytes) {
+    const std::uint64_t tick = *checkpoints.Begin(instance_, rig_.now);
+    EXPECT_FALSE(checkpoints.NoteUploaded(UploadOf(1, tick)));
+    const auto manifest = checkpoints.NoteUploaded(UploadOf(2, tick));
     EXPECT_TRUE(manifest.has_value());
-    checkpoints_.NoteMade(instance_, *manifest, 1000, rig_.now);
+    checkpoints.NoteMade(instance_, *manifest, bytes, rig_.now);
     return tick;
+  }
+  std::uint64_t Make() { return Make(checkpoints_, 1000); }
+  int EventsWith(const std::string& text) const {
+    const auto& events = instance_.record.events();
+    return static_cast<int>(std::count_if(events.begin(), events.end(), [&](const v1::InstanceEvent& event) {
+      return event.text().find(text) != std::string::npos;
+    }));
   }
 
   StateRig rig_;
@@ -65,16 +74,95 @@ TEST_F(CheckpointsTest, IsWholeWithTheLastFileAndTheOldestGo) {
   EXPECT_EQ(checkpoints_.UnderWay(instance_), 0U);
 }
 
+TEST_F(CheckpointsTest, TheOldestGoBeforeTheirNumberSaysSoWhereAllTakeMoreThanTheQuota) {
+  Update([](records::Instance& record) { record.set_keep_checkpoints(5); });
+  InstanceCheckpoints limited(*rig_.state, 3'000'000);
+  std::vector<std::uint64_t> ticks;
+  for (int i = 0; i < 5; ++i) {
+    rig_.Pass(seconds(10));
+    ticks.push_back(Make(limited, 1'000'000));
+  }
+  ASSERT_EQ(instance_.record.checkpoints_size(), 3);
+  EXPECT_EQ(instance_.record.checkpoints(0).tick(), ticks[2]);
+  const std::string& id = instance_.record.id();
+  EXPECT_EQ(rig_.state->effects().pruned, (std::vector{std::pair(id, ticks[0]), std::pair(id, ticks[1])}));
+  EXPECT_EQ(EventsWith("3 of 5 checkpoints are kept: more take over 3 MB (--checkpoint-quota-mb)"), 1) << "not twice";
+
+  rig_.Pass(seconds(10));
+  const std::uint64_t last = Make(limited, 3'000'000);
+  ASSERT_EQ(instance_.record.checkpoints_size(), 1) << "the newest fits alone";
+  EXPECT_EQ(instance_.record.checkpoints(0).tick(), last);
+}
+
+TEST_F(CheckpointsTest, OneThatIsLargerThanTheQuotaIsNotMadeAndThatIsSaid) {
+  InstanceCheckpoints limited(*rig_.state, 3'000'000);
+  const std::uint64_t kept = Make(limited, 2'000'000);
+  rig_.Pass(seconds(10));
+  const auto upload = [&](std::uint32_t region, std::uint64_t tick) {
+    v1::UploadCheckpointRequest request = UploadOf(region, tick);
+    request.set_size(2'000'000);
+    return request;
+  };
+  for (int i = 0; i < 2; ++i) {
+    rig_.state->effects() = {};
+    const std::uint64_t tick = *limited.Begin(instance_, rig_.now);
+    ASSERT_TRUE(limited.CheckUpload(upload(1, tick), rig_.now).ok());
+    ASSERT_FALSE(limited.NoteUploaded(upload(1, tick)));
+    EXPECT_TRUE(limited.CheckUpload(upload(1, tick), rig_.now).ok()) << "the same file again is no more";
+    const absl::Status refused = limited.CheckUpload(upload(2, tick), rig_.now);
+    EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+    EXPECT_THAT(std::string(refused.message()), HasSubstr("a checkpoint of 4 MB is larger than the 3 MB"));
+    EXPECT_EQ(limited.UnderWay(instance_), 0U);
+    EXPECT_EQ(rig_.state->effects().abandoned, (std::vector{std::pair(instance_.record.id(), tick)}));
+    const auto& log = rig_.state->effects().log;
+    EXPECT_TRUE(
+        std::any_of(log.begin(), log.end(), [](const auto& line) { return line.severity == Severity::kError; }));
+    EXPECT_TRUE(instance_.over_checkpoint_quota);
+    rig_.Pass(seconds(10));
+  }
+  EXPECT_EQ(EventsWith("no checkpoint: "), 1) << "not with each that is tried";
+  ASSERT_EQ(instance_.record.checkpoints_size(), 1);
+  EXPECT_EQ(instance_.record.checkpoints(0).tick(), kept) << "the one that it has stays";
+
+  Make(limited, 1'000'000);
+  EXPECT_FALSE(instance_.over_checkpoint_quota);
+  rig_.Pass(seconds(10));
+  const std::uint64_t large = Make(limited, 3'000'001);  // its scene is what is too much
+  EXPECT_TRUE(instance_.over_checkpoint_quota);
+  EXPECT_EQ(rig_.state->effects().pruned.back(), std::pair(instance_.record.id(), large)) << "its files go";
+  EXPECT_EQ(instance_.record.checkpoints_size(), 2);
+  EXPECT_EQ(EventsWith("no checkpoint: "), 2);
+  EXPECT_EQ(limited.CheckQuota(3'000'000), absl::OkStatus());
+  EXPECT_FALSE(limited.CheckQuota(3'000'001).ok());
+  EXPECT_TRUE(checkpoints_.CheckQuota(std::uint64_t{1} << 60).ok()) << "no quota, no limit";
+}
+
+TEST_F(CheckpointsTest, OneThatIsTooLargeIsTriedAgainAfterAnInterval) {
+  Update([](records::Instance& record) { record.set_checkpoint_interval_ms(60'000); });
+  InstanceCheckpoints limited(*rig_.state, 1'000'000);
+  const std::uint64_t tick = *limited.Begin(instance_, rig_.now);
+  v1::UploadCheckpointRequest request = UploadOf(1, tick);
+  request.set_size(1'000'001);
+  ASSERT_FALSE(limited.CheckUpload(request, rig_.now).ok());
+  limited.Step(instance_, rig_.now);
+  rig_.Pass(seconds(59));
+  limited.Step(instance_, rig_.now);
+  EXPECT_EQ(limited.UnderWay(instance_), 0U);
+  rig_.Pass(seconds(1));
+  limited.Step(instance_, rig_.now);
+  EXPECT_NE(limited.UnderWay(instance_), 0U);
+}
+
 TEST_F(CheckpointsTest, AFileIsTakenFromWhoIsPlacedForTheTickThatIsBeingMade) {
   const std::uint64_t tick = *checkpoints_.Begin(instance_, rig_.now);
   EXPECT_EQ(*checkpoints_.Begin(instance_, rig_.now), tick) << "one at a time";
-  EXPECT_TRUE(checkpoints_.CheckUpload(UploadOf(1, tick)).ok());
-  EXPECT_EQ(checkpoints_.CheckUpload(UploadOf(1, tick + 1)).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_TRUE(checkpoints_.CheckUpload(UploadOf(1, tick), rig_.now).ok());
+  EXPECT_EQ(checkpoints_.CheckUpload(UploadOf(1, tick + 1), rig_.now).code(), absl::StatusCode::kFailedPrecondition);
   v1::UploadCheckpointRequest wrong = UploadOf(1, tick);
   wrong.mutable_identity()->set_incarnation(99);
-  EXPECT_EQ(checkpoints_.CheckUpload(wrong).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(checkpoints_.CheckUpload(wrong, rig_.now).code(), absl::StatusCode::kFailedPrecondition);
   wrong.set_host_secret("guess");
-  EXPECT_EQ(checkpoints_.CheckUpload(wrong).code(), absl::StatusCode::kUnauthenticated);
+  EXPECT_EQ(checkpoints_.CheckUpload(wrong, rig_.now).code(), absl::StatusCode::kUnauthenticated);
 }
 
 TEST_F(CheckpointsTest, IsBegunAtItsIntervalAndAbandonedWhenItCannotBeFinished) {

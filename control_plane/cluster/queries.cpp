@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/views.h"
+#include "control_plane/life.h"
 #include "control_plane/pages.h"
 
 namespace tessera::control {
@@ -105,6 +106,7 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
   for (const auto& numbered : state.instances()) {
     const InstanceEntry& instance = numbered.second;
     ++summary.instances[StateOf(instance)];
+    if (instance.over_checkpoint_quota && WantsWorkers(instance.record.state())) ++summary.over_checkpoint_quota;
     const records::Instance& record = instance.record;
     if (record.state() != v1::INSTANCE_STATE_RUNNING) continue;
     InstanceHealth& health = summary.health.emplace_back();

@@ -60,6 +60,7 @@ struct ClusterSummary {
   std::vector<InstanceHealth> health;
   bool store_failing = false;        // the last write failed
   bool checkpoints_stopped = false;  // there is no room for them
+  int over_checkpoint_quota = 0;     // instances whose last one was too large
   std::uint64_t failed_writes = 0;
 };
 // `newest_revocations`: the number of the newest list.

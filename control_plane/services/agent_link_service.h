@@ -63,7 +63,7 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
       std::string bytes;
       const auto wanted = [&](const v1::UploadCheckpointRequest& request) {
         if (absl::Status status = CheckHostOf(*context, request.host_id()); !status.ok()) return status;
-        return plane_.Call([&](Cluster& cluster, Now) { return cluster.CheckUpload(request); });
+        return plane_.Call([&](Cluster& cluster, Now now) { return cluster.CheckUpload(now, request); });
       };
       if (absl::Status status = ReadPieces(*reader, first, bytes, wanted); !status.ok()) return status;
       return plane_.TakeUpload(first, bytes);

@@ -169,7 +169,8 @@ void SimulatedControl::Disconnected(Node agent) {
 
 absl::Status SimulatedControl::TakeUpload(const v1::UploadCheckpointRequest& request, const Bytes& bytes) {
   if (!alive()) return absl::UnavailableError("dead");
-  absl::Status status = Call([&](control::Cluster& cluster, control::Now) { return cluster.CheckUpload(request); });
+  absl::Status status =
+      Call([&](control::Cluster& cluster, control::Now now) { return cluster.CheckUpload(now, request); });
   if (!status.ok() || !alive()) return status;
   Checkpoint& checkpoint = checkpoints_[request.tick()];
   checkpoint.files[control::RegionFileName(request.identity().region())] = bytes;
