@@ -124,6 +124,7 @@ FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<D
   if (!begun.ok()) return {.given_up = std::string(begun.status().message())};
   AddEvent(*begun, now, why);
   const bool new_map = begun->map().version() != record.map().version();
+  if (begun->has_failover() && !record.has_failover()) begun_at_[instance.number] = now.steady;
   if (begun->has_failover() && new_map) watches_[instance.number].Begin(*begun, LeasesOf(instance), now);
   const bool dropped_plan = !begun->has_failover();
   return {.next = *std::move(begun), .dropped_plan = dropped_plan};
@@ -146,9 +147,13 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
 
 // --- 4. Resume.
 
+// The wall clock may have been moved meanwhile; only a failover that an earlier life began is counted by it.
 FailoverStep Failovers::End(const InstanceEntry& instance, Now now) {
   const records::Failover& failover = instance.record.failover();
-  const auto took = now.unix_time - FromTimestamp(failover.begin_time());
+  const auto begun = begun_at_.find(instance.number);
+  std::chrono::nanoseconds took = now.unix_time - FromTimestamp(failover.begin_time());
+  if (begun != begun_at_.end()) took = now.steady - begun->second;
+  took = std::max(took, std::chrono::nanoseconds(0));
   records::Instance next = EndFailover(instance.record);
   AddEvent(next, now,
            absl::StrCat("failover of ", DescribeFailover(failover), ": ", failover.resolution().takeovers_size(),

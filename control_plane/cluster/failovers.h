@@ -39,7 +39,10 @@ class Failovers {
 
   // The instance was loaded, maybe amid a failover.
   void Adopt(const InstanceEntry& instance, Now now);
-  void Forget(std::uint64_t number) { watches_.erase(number); }
+  void Forget(std::uint64_t number) {
+    watches_.erase(number);
+    begun_at_.erase(number);
+  }
 
   // The next step of a RUNNING instance; an empty one if there is none now. `cut` keeps standbys apart.
   FailoverStep Next(const InstanceEntry& instance, const CutBetween& cut, Now now);
@@ -73,6 +76,7 @@ class Failovers {
   ClusterState& state_;
   ControlSettings settings_;
   std::map<std::uint64_t, FailoverWatch> watches_;  // by instance number; empty while there was no failover
+  std::map<std::uint64_t, Steady> begun_at_;        // likewise; none for one that an earlier life began
 };
 
 }  // namespace tessera::control

@@ -159,6 +159,35 @@ TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDeadWhoseAgentIs
   }
 }
 
+// Before a failover, and in its middle.
+TEST_F(DeploymentTest, AControlPlaneWhoseClockIsMovedTakesNobodyForDeadAndCountsFailoversTruly) {
+  for (const int days : {400, -400}) {
+    SCOPED_TRACE(days);
+    Deployed run;
+    run.deployment.control().MoveClock(std::chrono::hours(24 * days));
+    run.deployment.RunFor(Milliseconds(3000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U) << run.deployment.Standing();
+    run.deployment.Kill(RegionId(2));
+    ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(200), [&] {
+      return run.deployment.instance().map().version() == 2;
+    })) << run.deployment.Standing();
+    run.deployment.control().MoveClock(std::chrono::hours(-24 * 2 * days));
+    run.deployment.RunFor(Milliseconds(1000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+    bool told = false;
+    const v1::Instance instance = run.deployment.instance();
+    for (const v1::InstanceEvent& event : instance.events()) {
+      if (event.text().find("failover of region 2 to ") == std::string::npos) continue;
+      told = true;
+      const std::string took = event.text().substr(event.text().rfind(", ") + 2);  // "17 ms"
+      EXPECT_GT(std::stol(took), 0) << event.text();
+      EXPECT_LT(std::stol(took), 1000) << event.text();
+    }
+    EXPECT_TRUE(told);
+    run.ExpectWhole();
+  }
+}
+
 // --- Machines.
 
 // It pauses before its standbys start (checked at each takeover), and ends when it hears that it is fenced.

@@ -22,7 +22,7 @@ SimulatedControl::SimulatedControl(Timeline& timeline, VirtualNetwork& network, 
 
 control::Now SimulatedControl::Now() const {
   const std::chrono::microseconds now(timeline_.now());
-  return {std::chrono::hours(1) + now, std::chrono::hours(24 * 365 * 50) + now};
+  return {std::chrono::hours(1) + now, std::chrono::hours(24 * 365 * 50) + now + clock_moved_};
 }
 
 std::string SimulatedControl::Random(std::size_t bytes) {

@@ -5,6 +5,7 @@
 //   control.DieAfterStores(2);   // the second thing from now that it stores is the last it does: nobody is told
 //   control.SetStoreFull(true);  // nothing is written until this ends
 //   control.SetWriteTime(Milliseconds(2000));  // a write takes so long, and it stands still for that
+//   control.MoveClock(std::chrono::hours(24));  // its wall clock, and no other
 //   control.Kill();
 //   control.Start();
 //
@@ -70,6 +71,7 @@ class SimulatedControl {
   void DieAfterStores(int writes) { store_.DieAfter(writes); }
   void SetStoreFull(bool full) { store_.SetFull(full); }
   void SetWriteTime(Micros each) { write_time_ = each; }
+  void MoveClock(std::chrono::microseconds by) { clock_moved_ += by; }
   // It waits for a write, so it answers nobody.
   bool writing() const { return alive() && timeline_.now() < writing_until_; }
   // It died of DieAfterStores.
@@ -113,6 +115,7 @@ class SimulatedControl {
   FragileStore store_;
   std::unique_ptr<control::Cluster> cluster_;
   std::uint64_t life_ = 0;
+  std::chrono::microseconds clock_moved_{0};
   Micros write_time_ = 0, writing_until_ = 0;
   std::map<Node, control::StreamId> sessions_;
   std::map<std::uint64_t, Checkpoint> checkpoints_;  // by tick; on its disk
