@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "bench/lasting_run.h"
+#include "bench/small_disk.h"
 
 namespace tessera::bench {
 namespace {
@@ -13,16 +14,16 @@ namespace {
 using Kind = LastingFaultKind;
 
 constexpr std::uint64_t kLastingSeed = 23;
-constexpr unsigned kFullFaults = 52, kQuickFaults = 13;  // four of each kind, one
+constexpr unsigned kLastingKinds = static_cast<unsigned>(kLastLastingFault) + 1;
+constexpr unsigned kFullFaults = 4 * kLastingKinds, kQuickFaults = kLastingKinds;  // four of each kind, one
 constexpr std::uint32_t kLastingPlayers = 2;
 constexpr const char *kLastingScene = "plaza", *kLastingEngine = "tessera";
 
 std::vector<LastingFault> FaultsFor(const SuiteOptions& options) {
   const unsigned wanted = options.runs > 0 ? options.runs : options.quick ? kQuickFaults : kFullFaults;
   std::vector<LastingFault> faults;
-  // A kind is one of thirteen, so so many hold as many of it as are wanted.
-  const auto kinds = static_cast<std::size_t>(kLastLastingFault) + 1;
-  for (const LastingFault& fault : DrawFaults(kLastingSeed, options.only.empty() ? wanted : wanted * kinds)) {
+  // Each kind comes once before any comes again, so so many hold as many of it as are wanted.
+  for (const LastingFault& fault : DrawFaults(kLastingSeed, options.only.empty() ? wanted : wanted * kLastingKinds)) {
     if (faults.size() < wanted && std::string(NameOf(fault.kind)).find(options.only) != std::string::npos) {
       faults.push_back(fault);
     }
@@ -96,6 +97,7 @@ absl::Status RunLastingSuite(const SuiteOptions& options, Report& report) {
   if (faults.empty()) return absl::InvalidArgumentError("--only: no fault has this in its name");
   // Before gRPC makes threads, which would stay in the old one.
   if (absl::Status own = local::EnterOwnNetwork(); !own.ok()) return own;
+  if (absl::Status own = EnterOwnMounts(); !own.ok()) return own;
   const auto network = local::HostNetwork::Create(LastingStage::kMachines);
   if (!network.ok()) return network.status();
   return RunFaults(**network, faults, report);

@@ -18,7 +18,7 @@ using Program = LastingStage::Program;
 constexpr std::array<const char*, static_cast<std::size_t>(kLastLastingFault) + 1> kLastingFaultNames = {
     "kill-leader", "stop-leader", "cut-leader",  "lose-leader", "cut-leader-with-host",
     "kill-store",  "stop-store",  "kill-worker", "kill-agent",  "freeze-host",
-    "cut-host",    "orphan",      "slow-store"};
+    "cut-host",    "orphan",      "slow-store",  "full-store",  "full-disk"};
 // How long a fault holds at least and at most; a slow store's is fixed.
 constexpr double kShortestHold_s = 2, kLongestHold_s = 8, kSlowStore_s = 2;
 
@@ -129,6 +129,12 @@ absl::Status Strike(LastingFault& fault, LastingStage& stage) {
     case Kind::kSlowStore:
       SignalTwoStores(stage, fault.which, SIGSTOP);
       return KillWorker(stage, fault.which);
+    case Kind::kFullStore:
+      if (absl::Status status = stage.SetStoreFull(true); !status.ok()) return status;
+      return KillWorker(stage, fault.which);
+    case Kind::kFullDisk:
+      if (absl::Status status = stage.disk(fault.which).Fill(); !status.ok()) return status;
+      return KillWorker(stage, fault.which);
   }
   return absl::InternalError("no such fault");
 }
@@ -163,6 +169,11 @@ absl::Status Mend(const LastingFault& fault, LastingStage& stage) {
       return stage.network().Mend(LastingStage::MachineOf(fault.which));
     case Kind::kSlowStore:
       SignalTwoStores(stage, fault.which, SIGCONT);
+      return absl::OkStatus();
+    case Kind::kFullStore:
+      return stage.SetStoreFull(false);
+    case Kind::kFullDisk:
+      stage.disk(fault.which).Free();
       return absl::OkStatus();
   }
   return absl::InternalError("no such fault");

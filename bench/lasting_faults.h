@@ -32,8 +32,10 @@ enum class LastingFaultKind {
   kCutHost,            // a host's link, both ways
   kOrphan,             // a worker dies together with the leader
   kSlowStore,          // a worker dies, and two of three members of etcd stand still for 2 s
+  kFullStore,          // a worker dies, and etcd takes no write, as when its space is used up
+  kFullDisk,           // a worker dies, and the disk of its host's agent is full
 };
-inline constexpr LastingFaultKind kLastLastingFault = LastingFaultKind::kSlowStore;
+inline constexpr LastingFaultKind kLastLastingFault = LastingFaultKind::kFullDisk;
 const char* NameOf(LastingFaultKind kind);
 
 struct LastingFault {

@@ -28,7 +28,10 @@ bool StrikesTheLeader(Kind kind) {
   return kind == Kind::kKillLeader || kind == Kind::kStopLeader || kind == Kind::kCutLeader ||
          kind == Kind::kLoseLeader || kind == Kind::kCutLeaderWithHost || kind == Kind::kOrphan;
 }
-bool KillsAWorker(Kind kind) { return kind == Kind::kKillWorker || kind == Kind::kOrphan || kind == Kind::kSlowStore; }
+bool KillsAWorker(Kind kind) {
+  return kind == Kind::kKillWorker || kind == Kind::kOrphan || kind == Kind::kSlowStore || kind == Kind::kFullStore ||
+         kind == Kind::kFullDisk;
+}
 
 absl::StatusOr<std::string> MakeWorld(const LastingStage& stage, const LastingPlan& plan) {
   try {

@@ -4,7 +4,8 @@
 //   auto run = RunLasting(network, {.faults = DrawFaults(7, 12)});
 //   if (run.ok()) Print(run->lost, run->two_writers, ...);
 //
-// Thread rule: one thread, which was in its own network (local::EnterOwnNetwork) before any other thread was made.
+// Thread rule: one thread, which was in its own network and mounts (local::EnterOwnNetwork, EnterOwnMounts) before any
+// other thread was made.
 #pragma once
 
 #include <cstdint>

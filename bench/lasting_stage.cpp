@@ -1,6 +1,7 @@
 #include "bench/lasting_stage.h"
 
 #include <fmt/format.h>
+#include <grpcpp/grpcpp.h>
 #include <signal.h>
 
 #include <filesystem>
@@ -8,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "bench/etcd_alarm.grpc.pb.h"
 #include "control_plane/etcd/etcd_election.h"
 #include "host/files.h"
 #include "host/last_lines.h"
@@ -24,6 +26,9 @@ using Program = LastingStage::Program;
 constexpr std::chrono::seconds kLastingPatience{60}, kLastingEnd{15};
 constexpr std::size_t kMaxLastingFile = 4 << 20;
 constexpr char kEtcdPath[] = "/usr/bin/etcd", kOpensslPath[] = "/usr/bin/openssl";
+constexpr std::uint64_t kAlarmedMember = 1;  // in its name the alarm is raised: none of them
+constexpr std::chrono::seconds kAlarmPatience{5};
+constexpr std::uint64_t kLastingDisk = 64 << 20;  // bytes a host; memory, as far as it is used
 constexpr std::uint16_t kOperatorsPort = 7700, kPlayersPort = 7703, kEtcdPort = 2379, kEtcdPeerPort = 2380;
 constexpr const char* kProgramNames[] = {"control", "etcd", "host"};
 
@@ -225,6 +230,9 @@ absl::Status LastingStage::StartHosts() {
   try {
     local::Connection connection(control_);
     for (std::uint32_t i = 0; i < kLastingHosts; ++i) {
+      auto disk = SmallDisk::Mount(Path(Kind::kAgent, i, ""), kLastingDisk);
+      if (!disk.ok()) return disk.status();
+      disks_.at(i) = *std::move(disk);
       v1::AddHostRequest request;
       request.set_name(absl::StrCat("host-", i + 1));
       const auto added = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
@@ -322,6 +330,31 @@ absl::Status LastingStage::Restart(Program program, std::uint32_t which) {
   if (!process(program, which).Wait(std::chrono::milliseconds(0))) return absl::OkStatus();
   if (absl::Status status = Launch(program, which); !status.ok()) return status;
   return absl::OkStatus();
+}
+
+// By the alarm that a member raises when its database has reached its quota: all members then refuse what takes room.
+// Raising it by real writes takes gigabytes, and a repair that no caller of the API can make while it holds.
+absl::Status LastingStage::SetStoreFull(bool full) const {
+  const auto authority = host::ReadFile(folder_ + "/etcd.pem", kMaxLastingFile);
+  if (!authority.ok()) return authority.status();
+  grpc::SslCredentialsOptions trusted;
+  trusted.pem_root_certs = *authority;
+  const auto credentials = grpc::SslCredentials(trusted);
+  etcdserverpb::AlarmRequest request;
+  request.set_action(full ? etcdserverpb::AlarmRequest::ACTIVATE : etcdserverpb::AlarmRequest::DEACTIVATE);
+  request.set_memberid(kAlarmedMember);
+  request.set_alarm(etcdserverpb::NOSPACE);
+  grpc::Status status;
+  for (std::uint32_t i = 0; i < kLastingControls; ++i) {  // any member tells all
+    const auto stub = etcdserverpb::Maintenance::NewStub(
+        grpc::CreateChannel(fmt::format("{}:{}", network_.address(i), kEtcdPort), credentials));
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kAlarmPatience);
+    etcdserverpb::AlarmResponse response;
+    status = stub->Alarm(&context, request, &response);
+    if (status.ok()) return absl::OkStatus();
+  }
+  return absl::UnavailableError(absl::StrCat("the alarm of etcd: ", status.error_message()));
 }
 
 void LastingStage::SignalHost(std::uint32_t host, int signal) const {

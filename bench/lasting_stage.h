@@ -1,6 +1,7 @@
 // LastingStage: a cluster that cannot be lost, on one machine: three machines with a control plane and a member of etcd
 // each, three hosts, and a world with a region on each of them. Every machine is a network namespace; any of its
-// programs can be killed or stopped, and any link cut, one way or both.
+// programs can be killed or stopped, and any link cut, one way or both. Each host has a disk of its own, which can be
+// filled, and so can the store.
 //
 //   auto stage = LastingStage::Start(network, folder);
 //   (*stage)->Kill(Program::kControl, 0);
@@ -19,6 +20,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "bench/small_disk.h"
 #include "control_plane/etcd/etcd_client.h"
 #include "host/child_process.h"
 #include "local_cluster/host_network.h"
@@ -69,6 +71,10 @@ class LastingStage {
   absl::Status Restart(Program program, std::uint32_t which);
   // The agent and all its workers.
   void SignalHost(std::uint32_t host, int signal) const;
+  // The disk of a host's agent, with all that its workers write.
+  const SmallDisk& disk(std::uint32_t host) const { return *disks_.at(host); }
+  // etcd takes no write of anybody, as it does when its space is used up, or takes them again.
+  absl::Status SetStoreFull(bool full) const;
   // The last lines of the program's log.
   std::string LastWords(Program program, std::uint32_t which) const;
 
@@ -90,6 +96,7 @@ class LastingStage {
   std::unique_ptr<control::EtcdClient> etcd_;
   trust::ControlPoint control_;
   std::string players_;
+  std::array<std::unique_ptr<SmallDisk>, kLastingHosts> disks_;
   mutable std::array<std::array<std::optional<host::ChildProcess>, 3>, 3> processes_;  // by program
 };
 

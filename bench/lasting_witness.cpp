@@ -157,6 +157,7 @@ void LastingWitnesses::MakeChanges() {
 absl::StatusOr<std::set<std::string>> LastingWitnesses::KnownHosts() const {
   grpc::ClientContext context;
   SetDeadline(context, 10s);
+  context.set_wait_for_ready(true);  // it was not used before, and its first attempt may fall into the last fault
   v1::ListHostsResponse response;
   const grpc::Status status = channels_->asked_at_the_end->ListHosts(&context, {}, &response);
   if (!status.ok()) return absl::UnavailableError(status.error_message());
