@@ -230,7 +230,7 @@ absl::Status LastingStage::StartHosts() {
   try {
     local::Connection connection(control_);
     for (std::uint32_t i = 0; i < kLastingHosts; ++i) {
-      auto disk = SmallDisk::Mount(Path(Kind::kAgent, i, ""), kLastingDisk);
+      auto disk = SmallDisk::Mount(Path(Program::kAgent, i, ""), kLastingDisk);
       if (!disk.ok()) return disk.status();
       disks_.at(i) = *std::move(disk);
       v1::AddHostRequest request;
