@@ -8,7 +8,7 @@ namespace tessera::bench {
 struct SuiteOptions {
   bool quick = false;  // a smoke test of the suite: fewer sizes, seeds and steps, under a minute
   std::string only;    // run only what has this in its name; all if empty
-  std::string part;    // for `lean`: run this side of each pair alone, and measure nothing
+  std::string part{};  // for `lean`: run this side of each pair alone, and measure nothing
   unsigned runs = 0;   // repetitions of each measurement; 0: the suite's own number
   std::string csv;     // where the figures go; plots go beside it. None if empty
 };
