@@ -65,13 +65,17 @@ void AddPeers(const records::Instance& old, const v1::WorkerOrder& order, const 
 }
 
 void SetPlacements(const records::Instance& old, const Places& places, records::Instance& next) {
-  std::set<std::uint32_t> regions = RegionsOf(next.map());
+  const std::set<std::uint32_t> in_force = RegionsOf(next.map());
+  std::set<std::uint32_t> regions = in_force;
   for (const std::uint32_t planned : RegionsOf(next.planned().map())) regions.insert(planned);
   next.clear_placements();
   for (const std::uint32_t region : regions) {
     records::Placement& place = *next.add_placements();
     if (places.Has(region)) {
       place = places.At(region);
+      // It had nobody's copy yet when it was ordered to begin, and its map may have come into force since.
+      place.set_unprotected(place.joins());
+      place.set_joins(place.joins() && !in_force.contains(region));
     } else {
       place.set_region(region);
       place.set_host_id(OldHostOf(old, region));
@@ -100,6 +104,26 @@ void SetFailover(const v1::WorkerOrder& newest, std::span<const HeldOrder> order
     *next.mutable_failover()->mutable_resolution() = newest.resolution();
     for (records::Dead& dead : *next.mutable_failover()->mutable_dead()) dead.set_resolved(true);
   }
+}
+
+// The map towards which the world was on its way. A plan whose newcomers still start is in their orders alone, and is
+// given up, to be made anew.
+const v1::PartitionMap& LastMap(std::span<const HeldOrder> orders, const records::Instance& next) {
+  const v1::PartitionMap* last = next.has_planned() ? &next.planned().map() : &next.map();
+  for (const HeldOrder& held : orders) {
+    const v1::PartitionMap& planned = held.order.planned().map();
+    if (held.order.joins_running() && planned.version() > last->version()) last = &planned;
+  }
+  return *last;
+}
+
+// As many as there are once nothing is under way: so whoever dies from now on, or died a moment ago, is replaced. One
+// that leaves owns no cells any more.
+void SetWanted(std::span<const HeldOrder> orders, records::Instance& next) {
+  std::set<std::uint32_t> regions;
+  for (const v1::Cell& cell : LastMap(orders, next).cells()) regions.insert(cell.owner());
+  next.set_wanted_regions(static_cast<std::uint32_t>(regions.size()) +
+                          static_cast<std::uint32_t>(next.failover().dead_size()));
 }
 
 void SetGame(const v1::WorkerOrder& newest, records::Instance& next) {
@@ -134,7 +158,6 @@ records::Instance AdoptOrders(const records::Instance& old, std::span<const Held
   records::Instance next = old;
   *next.mutable_map() = newest.map();
   next.clear_planned();
-  next.set_wanted_regions(0);
   next.set_replace_up_to(0);
   if (newest.planned().effective_tick() != 0 && !newest.joins_running()) {
     *next.mutable_planned() = newest.planned();
@@ -148,6 +171,7 @@ records::Instance AdoptOrders(const records::Instance& old, std::span<const Held
   next.set_last_map_version(
       std::max({old.last_map_version(), newest.map().version(), newest.planned().map().version()}));
   SetFailover(newest, orders, next);
+  SetWanted(orders, next);
   SetGame(newest, next);
   SetPlayers(newest, next);
   SetClock(newest, next);

@@ -25,7 +25,8 @@ using HostOfAddress = std::function<std::string(const std::string& address)>;
 
 // `orders` are all of this instance, at least one. Regions that no order runs are placed where the orders say that they
 // run, by their addresses; those of which nobody knows more are placed anew on their old host, where they will be found
-// missing and be carried on. Numbers of the old record never go down.
+// missing and be carried on. Numbers of the old record never go down. The world is to have as many regions as it has,
+// with those of a plan under way and the dead of a failover: how many an operator asked for since is in no order.
 records::Instance AdoptOrders(const records::Instance& old, std::span<const HeldOrder> orders,
                               const HostOfAddress& host_at);
 

@@ -84,12 +84,14 @@ TEST_F(RecoveryTest, AWorldThatWasScaledAndJoinedSinceIsTakenUpAsItRuns) {
   ASSERT_TRUE(bob.ok()) << bob.status();
   EXPECT_GT(bob->response.player(), ann->response.player()) << "a number is given once";
 
-  // It goes on being managed: a region that dies is carried on, and the world can be scaled.
+  // It goes on being managed: a region that dies is carried on and replaced.
   FakeHost& host = harness_.AgentOf(id, world.map().regions(0).id());
   harness_.Send(host, host.fake.Kill({id, world.map().regions(0).id()}, 9));
-  harness_.Run(seconds(10));
+  harness_.Run(seconds(20));
   EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
   EXPECT_EQ(harness_.Get(id).failovers(), 1u);
+  EXPECT_EQ(harness_.Get(id).map().regions_size(), 4);
+  EXPECT_EQ(harness_.Workers(), 4u);
   ExpectEachBodyOnce(harness_, 2);
   ExpectNoIncarnationTwice(harness_);
 }
@@ -141,8 +143,9 @@ TEST_F(RecoveryTest, AFailoverThatWasUnderWayIsCarriedOut) {
 
   harness_.BeginFrom(backup);
   for (auto& [name, agent] : harness_.agents) agent.fake.mute = false;
-  harness_.Run(seconds(10));
+  harness_.Run(seconds(20));
   EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(harness_.Get(id).map().regions_size(), 4) << "the dead one was replaced";
   ExpectEachBodyOnce(harness_, 4);
   ExpectNoIncarnationTwice(harness_);
 }

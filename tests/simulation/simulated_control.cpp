@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "control_plane/backup.h"
 #include "control_plane/checkpoint_files.h"
 
 namespace tessera::simulation {
@@ -56,6 +57,28 @@ void SimulatedControl::Kill() {
     if (!network_.IsCut(agent, kControlNode)) network_.Break(agent, kControlNode);
   }
   network_.Leave(kControlNode);
+}
+
+std::string SimulatedControl::Backup() const {
+  std::string file;
+  (void)control::WriteBackup(store_, [&file](std::string_view piece) {  // neither the store nor this fails
+    file.append(piece);
+    return absl::OkStatus();
+  });
+  return file;
+}
+
+void SimulatedControl::BeginFrom(const std::string& backup) {
+  Kill();
+  store_.Promote();
+  std::vector<control::StoreOp> all;
+  const auto stored = store_.List("");
+  for (const control::StoreEntry& entry : *stored) all.push_back(control::DeleteOp(entry.key, entry.revision));
+  const auto emptied = store_.Txn(all);
+  const auto restored = control::RestoreBackup(backup, store_);
+  if (!emptied.ok() || !restored.ok()) log_.push_back("the backup cannot be restored");
+  (void)store_.TakeTried();  // nobody waits for these
+  Start();
 }
 
 void SimulatedControl::Tick() {

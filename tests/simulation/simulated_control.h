@@ -8,6 +8,7 @@
 //   control.MoveClock(std::chrono::hours(24));  // its wall clock, and no other
 //   control.Kill();
 //   control.Start();
+//   control.BeginFrom(backup);   // of control.Backup(), which may be old
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -74,6 +75,10 @@ class SimulatedControl {
   void MoveClock(std::chrono::microseconds by) { clock_moved_ += by; }
   // It waits for a write, so it answers nobody.
   bool writing() const { return alive() && timeline_.now() < writing_until_; }
+  // All that is stored, as an operator keeps it.
+  std::string Backup() const;
+  // Its machine is lost with the store, and another begins from the backup.
+  void BeginFrom(const std::string& backup);
   // It died of DieAfterStores.
   std::function<void()> on_died;
 

@@ -108,6 +108,7 @@ void SimulatedHost::OnConnected() {
   hello.set_metrics_port(9100);
   hello.mutable_resources()->set_region_capacity(capacity_);
   hello.set_boot_id(absl::StrCat(boot_));
+  hello.set_revocations_number(KeptRevocations());
   for (const v1::WorkerReport& report : supervisor_->Reports()) *hello.add_workers() = report;
   Send(message);
 }
@@ -127,26 +128,51 @@ void SimulatedHost::Beat() {
   });
 }
 
+void SimulatedHost::Admitted(const v1::Admitted& admitted) {
+  admitted_ = true;
+  host_id_ = admitted.host_id();
+  if (!admitted.host_secret().empty()) secret_ = admitted.host_secret();
+  v1::AgentMessage up;
+  for (const v1::WorkerExited& exited : supervisor_->Exits()) {
+    *up.mutable_exited() = exited;
+    Send(up);
+  }
+  for (const auto& [key, inventory] : inventories_) {
+    *up.mutable_inventory() = inventory;
+    Send(up);
+  }
+  if (admitted.report_revocations() && KeptRevocations() > 0) {
+    *up.mutable_revocations() = revocations_;
+    Send(up);
+  }
+  if (admitted.report_orders()) {
+    *up.mutable_held_orders() = supervisor_->HeldOrders();
+    Send(up);
+  }
+  Fetch();
+}
+
+// Nobody is revoked here, but a host without the newest list gets no leases.
+std::uint64_t SimulatedHost::KeptRevocations() const {
+  v1::Revocations content;
+  return content.ParseFromString(revocations_.list()) ? content.number() : 0;
+}
+
+void SimulatedHost::Keep(const v1::SignedRevocations& list) {
+  revocations_ = list;
+  v1::AgentMessage up;
+  up.set_kept_revocations(KeptRevocations());
+  Send(up);
+}
+
 void SimulatedHost::OnMessage(const Bytes& bytes) {
   if (!agent_alive()) return;
   v1::ControlMessage message;
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return;
   if (message.has_admitted()) {
-    admitted_ = true;
-    host_id_ = message.admitted().host_id();
-    if (!message.admitted().host_secret().empty()) secret_ = message.admitted().host_secret();
-    for (const v1::WorkerExited& exited : supervisor_->Exits()) {
-      v1::AgentMessage up;
-      *up.mutable_exited() = exited;
-      Send(up);
-    }
-    for (const auto& [key, inventory] : inventories_) {
-      v1::AgentMessage up;
-      *up.mutable_inventory() = inventory;
-      Send(up);
-    }
-    Fetch();
+    Admitted(message.admitted());
   } else if (message.has_desired()) {
+    if (message.desired().has_revocations()) Keep(message.desired().revocations());
     (void)supervisor_->Desired(message.desired(), around_.Now());
   } else if (message.has_lease()) {
     const agent::WorkerKey key = agent::KeyOf(message.lease().identity());

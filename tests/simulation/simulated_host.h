@@ -56,6 +56,9 @@ class SimulatedHost {
   void OnConnected();
   void OnMessage(const Bytes& bytes);
   void Send(const v1::AgentMessage& message);
+  void Admitted(const v1::Admitted& admitted);
+  std::uint64_t KeptRevocations() const;  // the number of the list; 0: none
+  void Keep(const v1::SignedRevocations& list);
   void Beat();
   void Every(Micros distance, std::function<void()> action);
   void Settle();
@@ -78,6 +81,7 @@ class SimulatedHost {
   SimulatedControl& control_;
   std::uint32_t number_, capacity_;
   std::string join_token_, host_id_, secret_;
+  v1::SignedRevocations revocations_;              // on its disk
   std::unique_ptr<agent::Supervisor> supervisor_;  // null: no agent
   std::uint64_t life_ = 0;                         // counts the agent's starts
   std::uint64_t boot_ = 1;
