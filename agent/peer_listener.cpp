@@ -5,7 +5,6 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +15,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "agent/limits.h"
+#include "host/unix_socket.h"
 
 namespace tessera::agent {
 namespace {
@@ -26,31 +26,20 @@ constexpr int kFirstNumber = 256;
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PeerListener>> PeerListener::Listen(const std::string& path, Take take) {
-  const auto failed = [&path](int error) {
-    return absl::UnavailableError(absl::StrCat("cannot serve workers on ", path, ": ", std::strerror(error)));
+  const auto failed = [](const std::string& reason) {
+    return absl::UnavailableError(absl::StrCat("cannot serve workers: ", reason));
   };
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path) return failed(ENAMETOOLONG);
-  std::copy(path.begin(), path.end(), address.sun_path);
-  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) return failed(errno);
   struct stat old {};
   if (lstat(path.c_str(), &old) == 0 && S_ISSOCK(old.st_mode)) unlink(path.c_str());
-  // Nobody can connect before `listen`, and by then the file is this user's alone.
-  if (bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 || chmod(path.c_str(), 0600) != 0 ||
-      listen(fd, SOMAXCONN) != 0) {
-    const int error = errno;
-    close(fd);
-    return failed(error);
-  }
+  const absl::StatusOr<int> listening = host::ListenOnUnixSocket(path);
+  if (!listening.ok()) return failed(std::string(listening.status().message()));
   const int stop = eventfd(0, EFD_CLOEXEC);
   if (stop < 0) {
     const int error = errno;
-    close(fd);
-    return failed(error);
+    close(*listening);
+    return failed(std::strerror(error));
   }
-  std::unique_ptr<PeerListener> listener(new PeerListener(fd, stop, std::move(take)));
+  std::unique_ptr<PeerListener> listener(new PeerListener(*listening, stop, std::move(take)));
   listener->thread_ = std::thread([raw = listener.get()] { raw->Run(); });
   return listener;
 }

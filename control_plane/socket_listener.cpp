@@ -4,11 +4,8 @@
 #include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
@@ -17,6 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/restraint.h"
+#include "host/unix_socket.h"
 #include "telemetry/log_value.h"
 
 namespace tessera::control {
@@ -28,33 +26,19 @@ constexpr int kDescriptorPause_ms = 100;
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<SocketListener>> SocketListener::Listen(const std::string& path, Take take) {
-  const auto failed = [&path](int error) {
-    return absl::UnavailableError(absl::StrCat("socket ", path, ": ", std::strerror(error)));
-  };
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path) return failed(ENAMETOOLONG);
-  std::copy(path.begin(), path.end(), address.sun_path);
-  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) return failed(errno);
-  // Nobody can connect before `listen`, and by then the file is this user's alone.
-  if (bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 || chmod(path.c_str(), 0600) != 0 ||
-      listen(fd, SOMAXCONN) != 0) {
-    const int error = errno;
-    close(fd);
-    return failed(error);
-  }
+  const absl::StatusOr<int> listening = host::ListenOnUnixSocket(path);
+  if (!listening.ok()) return listening.status();
   const int stop = eventfd(0, EFD_CLOEXEC);
   if (stop < 0) {
     const int error = errno;
-    close(fd);
-    return failed(error);
+    close(*listening);
+    return absl::UnavailableError(absl::StrCat("socket ", path, ": ", std::strerror(error)));
   }
   if (const auto own = RestraintOf(getpid()); !own.ok()) {
     spdlog::warn("at the socket workers are not told from their user reason={}",
                  telemetry::LogValue(std::string(own.status().message())));
   }
-  std::unique_ptr<SocketListener> listener(new SocketListener(path, fd, stop, std::move(take)));
+  std::unique_ptr<SocketListener> listener(new SocketListener(path, *listening, stop, std::move(take)));
   listener->thread_ = std::thread([raw = listener.get()] { raw->Run(); });
   return listener;
 }
