@@ -90,16 +90,11 @@ void SimulatedWorker::Do(const worker::RequestMovement& action) {
 }
 
 void SimulatedWorker::Do(const worker::RequestGame& action) {
-  const bool damaged = around_.damaged_games.contains(identity().region);
-  const auto next = around_.next_games.find(action.hash);
-  const std::string& game = next == around_.next_games.end() ? around_.game : next->second;
-  core_.GameLoaded(game + (damaged ? " rust" : ""), around_.Now());
+  core_.GameLoaded(around_.GameOnHostOf(identity().region, action.hash), around_.Now());
 }
 
 void SimulatedWorker::Do(const worker::RequestState& action) {
-  const bool there = around_.files.contains(action.path);
-  if (!there) return core_.StateLoaded(absl::NotFoundError(action.path), around_.Now());
-  core_.StateLoaded(around_.files.at(action.path), around_.Now());
+  core_.StateLoaded(around_.FileAt(action.path), around_.Now());
 }
 
 void SimulatedWorker::Do(const worker::WriteCheckpoint& action) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/status/statusor.h"
 #include "core/region/region.h"
 #include "region_worker/core/order.h"
 #include "tests/simulation/virtual_network.h"
@@ -37,6 +38,10 @@ struct Surroundings {
 
   Surroundings(std::uint64_t seed, std::shared_ptr<const Scene> of) : network(timeline, seed), scene(std::move(of)) {}
   worker::TimePoint Now() const { return TimePointAt(timeline.now()); }
+  // NOT_FOUND: nothing was written there.
+  absl::StatusOr<Bytes> FileAt(const std::string& path) const;
+  // The game of that hash as the host of `region` has it.
+  std::string GameOnHostOf(RegionId region, const std::string& hash) const;
 };
 
 }  // namespace tessera::simulation
