@@ -1,15 +1,15 @@
-# Decides whether sources can be compiled as one; shared by tidy_batches.awk and merge_sources.awk. No name that a source keeps to
-# itself in an anonymous namespace may be mentioned by another source of its group or by a header that the other includes.
+# Reads sources as far as their look tells; shared by tidy_batches.awk, missing_includes.awk and source_files.awk.
 
 # Reads a source. Sets `names` to the names in its anonymous namespaces, `words` to every word in it and in the headers of the
-# repository that it includes, `line_count` to its length, and `alone` if it has a using-declaration or an alias without a use.
+# repository that it includes, `declared` to the names that stand at a margin there, and `unused` to those of its using-declarations
+# and aliases that it does not mention again.
 function read_names(source,    line, parts, seen, needed, n, i, word, name, inside) {
   split("", names)
   split("", words)
+  split("", declared)
+  split("", unused)
   split("", included)
-  alone = line_count = 0
   while ((getline line < (root source)) > 0) {
-    line_count++
     if (line ~ /^namespace {$/) inside++
     if (line ~ /^}  \/\/ namespace$/) inside--
     n = split(line, parts, /[^A-Za-z0-9_]+/)
@@ -23,23 +23,25 @@ function read_names(source,    line, parts, seen, needed, n, i, word, name, insi
   }
   close(root source)
   read_words(source)
-  for (word in needed) if (seen[word] < 2) alone = 1
+  for (word in needed) if (seen[word] < 2) unused[word]
 }
 
-# Adds the words of a file and, once each, of the headers of the repository that it includes. `included` has all of these, and
-# the system's headers as "<vector>".
-function read_words(path,    line, parts, n, i) {
+# Adds the words and declared names of a file and, once each, of the headers of the repository that it includes. `included` has
+# all of these, and the system's headers as "<vector>".
+function read_words(path,    line, parts, n, i, name) {
   if (path in included) return
   included[path]
   if (path ~ /^</) return
   if (!(path in words_of)) {
     split("", fresh)
-    words_of[path] = headers_of[path] = ""
+    words_of[path] = headers_of[path] = declared_of[path] = ""
     while ((getline line < (root path)) > 0) {
       if (match(line, /^#include "[^"]*"/)) headers_of[path] = headers_of[path] " " substr(line, 11, RLENGTH - 11)
       else if (match(line, /^#include <[^>]*>/)) headers_of[path] = headers_of[path] " " substr(line, 10, RLENGTH - 9)
       if (line ~ /^#include ".*\.inl"/) words_of[path] = words_of[path] " " substr(line, 10)
       sub(/\/\/.*/, "", line)
+      name = name_at_start(line)
+      if (name != "") declared_of[path] = declared_of[path] " " name
       n = split(line, parts, /[^A-Za-z0-9_]+/)
       for (i = 1; i <= n; i++) {
         if (parts[i] in fresh) continue
@@ -51,6 +53,8 @@ function read_words(path,    line, parts, n, i) {
   }
   n = split(words_of[path], parts, " ")
   for (i = 1; i <= n; i++) words[parts[i]]
+  n = split(declared_of[path], parts, " ")
+  for (i = 1; i <= n; i++) declared[parts[i]]
   n = split(headers_of[path], parts, " ")
   for (i = 1; i <= n; i++) read_words(parts[i])
 }
@@ -59,6 +63,8 @@ function read_words(path,    line, parts, n, i) {
 # one, for it can be included but once.
 function name_at_start(line) {
   if (line ~ /^#include ".*\.inl"/) return substr(line, 10)
+  if (match(line, /^using [A-Za-z0-9_]+ =/)) return substr(line, 7, RLENGTH - 8)
+  gsub(/alignas\([^)]*\) |\[\[[a-z]*\]\] /, "", line)
   if (sub(/^(class|struct|enum class|enum|#define) /, "", line)) {
     return match(line, /^[A-Za-z0-9_]+/) ? substr(line, 1, RLENGTH) : ""
   }
@@ -66,17 +72,4 @@ function name_at_start(line) {
   line = substr(line, RSTART, RLENGTH)
   gsub(/[^A-Za-z0-9_:]/, "", line)
   return line ~ /:/ ? "" : line  # a qualified name is declared elsewhere
-}
-
-# Whether the source that was read last can join a group.
-function fits(group,    name, n, i, parts) {
-  for (name in names) if ((group, name) in mentioned) return 0
-  n = split(named[group], parts, " ")
-  for (i = 1; i <= n; i++) if (parts[i] in words) return 0
-  return 1
-}
-
-function join(group,    name) {
-  for (name in names) named[group] = named[group] " " name
-  for (name in words) mentioned[group, name]
 }

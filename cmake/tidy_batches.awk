@@ -4,8 +4,10 @@
 #     build/dev/compile_commands.json -
 #
 # For the sources on the standard input, paths from `root`, it prints lines "flags<TAB>source<TAB>source...": up to 32 sources
-# of one language standard, and the compiler flags of all of them. A source with a using-declaration or an alias that it seems
-# not to need stands alone, for another source of its batch might use it.
+# of one language standard, and the compiler flags of all of them. No name that a source keeps to itself in an anonymous
+# namespace is declared by another source of its batch or by a header that the other includes, and no other mentions what a source
+# declares to use and seems not to need, for that would be its use. The look of a line can mislead: then the batch does not
+# compile, and ./dev halves it.
 
 FNR == 1 { input++ }
 
@@ -28,7 +30,7 @@ input == 1 && match($0, /^  "file": "/) {
 
 input == 2 {
   read_names($0)
-  alone = alone || $0 ~ /plain_abseil/
+  alone = $0 ~ /plain_abseil/
   place($0)
 }
 
@@ -58,4 +60,23 @@ function place(source,    batch, n, i, flags) {
     flagged[batch, flags[i]]
     flags_in[batch] = flags_in[batch] flags[i] " "
   }
+}
+
+# Whether the source that was read last can join a batch.
+function fits(batch,    name, n, i, parts) {
+  for (name in names) if ((batch, name) in declared_in) return 0
+  for (name in unused) if ((batch, name) in mentioned_in) return 0
+  if ("main" in declared && (batch, "main") in declared_in) return 0
+  n = split(names_in[batch], parts, " ")
+  for (i = 1; i <= n; i++) if (parts[i] in declared) return 0
+  n = split(unused_in[batch], parts, " ")
+  for (i = 1; i <= n; i++) if (parts[i] in words) return 0
+  return 1
+}
+
+function join(batch,    name) {
+  for (name in names) names_in[batch] = names_in[batch] " " name
+  for (name in unused) unused_in[batch] = unused_in[batch] " " name
+  for (name in declared) declared_in[batch, name]
+  for (name in words) mentioned_in[batch, name]
 }
