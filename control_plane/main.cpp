@@ -188,6 +188,13 @@ absl::Status CheckCheckpointFlags(ControlFlags& flags) {
   return absl::OkStatus();
 }
 
+// Bytes of the quota, which its option has in megabytes.
+ControlSettings WithQuotas(const ControlFlags& flags) {
+  ControlSettings settings = flags.settings;
+  settings.checkpoint_quota = flags.checkpoint_quota_mb * 1'000'000;
+  return settings;
+}
+
 ReignSettings SettingsOf(const ControlFlags& flags) {
   const std::string socket = flags.socket.empty() ? flags.state_dir + "/control.sock" : flags.socket;
   return {.doors = {.socket = std::filesystem::absolute(socket).lexically_normal().string(),
@@ -199,7 +206,7 @@ ReignSettings SettingsOf(const ControlFlags& flags) {
           .s3 = flags.s3,
           .checkpoint_reserve = flags.checkpoint_reserve_mb * 1'000'000,
           .store_name = flags.store.etcd ? flags.store.etcd->prefix + " in etcd" : flags.state_dir + "/control.db",
-          .control = flags.settings};
+          .control = WithQuotas(flags)};
 }
 
 // The only control plane of its cluster: the store is a file of its own.
@@ -277,7 +284,6 @@ int main(int argc, char** argv) {
   using namespace tessera;
   control::ControlFlags flags;
   flags.settings.release = TESSERA_VERSION;
-  flags.settings.checkpoint_quota = flags.checkpoint_quota_mb * 1'000'000;
   CLI::App app(
       "The control plane of a Tessera cluster: places worlds on hosts, starts and watches them, lets players in.",
       "tessera-control");
