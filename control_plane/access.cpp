@@ -73,6 +73,9 @@ constexpr std::array kMethods{
     Method{"/tessera.v1.SessionService/JoinInstance", Need::kViewer, For::kInstances,
            true},  // a viewer's token joins as a viewer only
     Method{"/tessera.v1.SessionService/LeaveInstance", Need::kViewer, For::kInstances, true},
+    Method{"/tessera.v1.VisualService/FindMissingVisuals", Need::kOperator},
+    Method{"/tessera.v1.VisualService/GetVisual", Need::kViewer, For::kInstances},
+    Method{"/tessera.v1.VisualService/PutVisual", Need::kOperator},
 };
 static_assert(std::is_sorted(kMethods.begin(), kMethods.end(),
                              [](const Method& a, const Method& b) { return a.path < b.path; }));

@@ -14,6 +14,7 @@
 #include "tessera/v1/host.pb.h"
 #include "tessera/v1/instance.pb.h"
 #include "tessera/v1/session.pb.h"
+#include "tessera/v1/visuals.pb.h"
 
 namespace tessera::control {
 namespace {
@@ -23,7 +24,8 @@ std::vector<const google::protobuf::MethodDescriptor*> AllDescriptors() {
   std::vector<const google::protobuf::MethodDescriptor*> all;
   for (const google::protobuf::FileDescriptor* file :
        {v1::AccessToken::descriptor()->file(), v1::AgentHello::descriptor()->file(), v1::Host::descriptor()->file(),
-        v1::Instance::descriptor()->file(), v1::JoinInstanceRequest::descriptor()->file()}) {
+        v1::Instance::descriptor()->file(), v1::JoinInstanceRequest::descriptor()->file(),
+        v1::PutVisualRequest::descriptor()->file()}) {
     for (int i = 0; i < file->service_count(); ++i) {
       for (int j = 0; j < file->service(i)->method_count(); ++j) {
         all.push_back(file->service(i)->method(j));
@@ -90,7 +92,8 @@ TEST(AccessTest, AViewerReads) {
 TEST(AccessTest, AnOperatorChangesWorldsAndNoHostsOrTokens) {
   for (const std::string& method : AllMethods()) {
     if (absl::StrContains(method, "AgentLink")) continue;
-    const bool worlds = absl::StrContains(method, "InstanceService") || absl::StrContains(method, "SessionService");
+    const bool worlds = absl::StrContains(method, "InstanceService") || absl::StrContains(method, "SessionService") ||
+                        absl::StrContains(method, "VisualService");
     const bool tokens = HasAnyEnding(method, {"/ListTokens", "/ListIssuers"});
     EXPECT_EQ(CheckAccess(At(Door::kOperators, v1::ROLE_OPERATOR), method).ok(), worlds || (Reads(method) && !tokens))
         << method;
@@ -138,7 +141,7 @@ TEST(AccessTest, ATokenForSomeInstancesCallsWhatNamesOneAndSeesItsOwnInLists) {
         absl::StrContains(path, "InstanceService") || absl::StrContains(path, "SessionService");
     const bool names_one = about_instances && (request.FindFieldByName("id") != nullptr ||
                                                request.FindFieldByName("instance_id") != nullptr);
-    const bool filtered = absl::EndsWith(path, "/ListInstances") || absl::EndsWith(path, "/GetScene");
+    const bool filtered = HasAnyEnding(path, {"/ListInstances", "/GetScene", "/GetVisual"});
     const bool public_key = absl::EndsWith(path, "/GetAuthority");
     Caller caller = At(Door::kOperators, v1::ROLE_OPERATOR);
     caller.instances = "inst-7";

@@ -65,7 +65,7 @@ void RaisePlayers(records::Instance& record) {
 }  // namespace
 
 absl::Status WriteBackup(const Store& store, const std::function<absl::Status(std::string_view)>& sink) {
-  const auto entries = store.List("");
+  const auto entries = store.ListWithout("", kVisualKeys);
   if (!entries.ok()) return entries.status();
   std::string file(kBackupHead);
   for (const StoreEntry& entry : *entries) {

@@ -1,4 +1,5 @@
-// Backup: all that a store holds at one moment, as one file, and a store made of it.
+// Backup: all that a store holds at one moment, as one file, and a store made of it. Files of meshes are left out: they
+// are large, and whoever makes a world has them.
 //
 //   WriteBackup(store, [&](std::string_view piece) { return Send(piece); });
 //   RestoreBackup(bytes, empty_store);       // everything or nothing

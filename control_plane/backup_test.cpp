@@ -56,6 +56,13 @@ TEST_F(BackupTest, AStoreThatIsMadeOfItHasEverythingAndCountsOnFromFarAbove) {
   EXPECT_EQ(world.last_player(), old.last_player() + kRestoreJump);
 }
 
+TEST_F(BackupTest, FilesOfMeshesAreLeftOut) {
+  const std::string sha256(64, 'a');
+  ASSERT_TRUE(rig_.store.Put(VisualKey(sha256), "record", kAbsent).ok());
+  ASSERT_TRUE(rig_.store.Put(VisualPieceKey(sha256, 0), "piece", kAbsent).ok());
+  EXPECT_EQ(FileOf(rig_.store), file_);
+}
+
 TEST_F(BackupTest, NothingIsWrittenOverACluster) {
   EXPECT_THAT(std::string(RestoreBackup(file_, rig_.store).status().message()), HasSubstr("holds a cluster already"));
   EXPECT_FALSE(ReadRecords(rig_.store)->counters.record.recovering());

@@ -27,6 +27,9 @@ constexpr const char* kMethods[] = {"HostService/AddHost",
                                     "SessionService/JoinInstance",
                                     "SessionService/GetScene",
                                     "SessionService/LeaveInstance",
+                                    "VisualService/FindMissingVisuals",
+                                    "VisualService/PutVisual",
+                                    "VisualService/GetVisual",
                                     "AgentLinkService/FetchScene",
                                     "AgentLinkService/FetchGame",
                                     "InstanceService/ScaleInstance",
@@ -191,6 +194,11 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
                                      prometheus::MetricType::Gauge,
                                      {}};
   too_large.metric.emplace_back().gauge.value = summary.over_checkpoint_quota;
+  prometheus::MetricFamily visuals{"tessera_control_visual_bytes",
+                                   "bytes that files of meshes take in the store",
+                                   prometheus::MetricType::Gauge,
+                                   {}};
+  visuals.metric.emplace_back().gauge.value = static_cast<double>(summary.visual_bytes);
   prometheus::MetricFamily clocks{"tessera_control_host_clock_ahead_seconds",
                                   "the host's wall clock against the control plane's; below 0: behind it",
                                   prometheus::MetricType::Gauge,
@@ -209,8 +217,8 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = is_behind ? 1 : 0;
   }
-  std::vector<prometheus::MetricFamily> families{hosts,   instances, writes, failures, failing,
-                                                 stopped, too_large, clocks, behind};
+  std::vector<prometheus::MetricFamily> families{hosts,   instances, writes,  failures, failing,
+                                                 stopped, too_large, visuals, clocks,   behind};
   AddHealth(summary.health, families);
   return families;
 }

@@ -73,6 +73,7 @@ void ControlPlane::Publish() {
   pending_.abandoned.insert(pending_.abandoned.end(), effects.abandoned.begin(), effects.abandoned.end());
   pending_.forgotten.insert(pending_.forgotten.end(), effects.forgotten.begin(), effects.forgotten.end());
   pending_.restore.insert(effects.restore.begin(), effects.restore.end());
+  pending_.visuals.insert(effects.visuals.begin(), effects.visuals.end());
   if (!pending_.empty()) files_wake_.notify_all();
   failovers_.insert(failovers_.end(), effects.failovers.begin(), effects.failovers.end());
   for (auto& [id, renewal] : effects.leases) {

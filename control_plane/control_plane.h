@@ -106,6 +106,17 @@ class ControlPlane {
   absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const std::string& bytes,
                                                 bool guests = true);
 
+  // --- Files of meshes: see cluster/visuals.h.
+  // Whether one of that name and size would be taken; ALREADY_EXISTS: it is there.
+  absl::Status CheckPutVisual(const std::string& sha256, std::uint64_t size);
+  // Keeps the file, whole or not at all. One that is there already is fine.
+  absl::Status PutVisual(const std::string& sha256, const std::string& bytes);
+  // NOT_FOUND: there is no such file.
+  absl::StatusOr<std::uint64_t> VisualSize(const std::string& sha256);
+  // kVisualStoredBytes from `at` on, a multiple of that; of the last piece what there is. UNAVAILABLE: it went away
+  // meanwhile, or the store does not answer.
+  absl::StatusOr<std::string> VisualPiece(const std::string& sha256, std::uint64_t at);
+
   // The durations of the failovers that ended since the last call.
   std::vector<std::chrono::nanoseconds> TakeFailovers();
 
@@ -150,10 +161,15 @@ class ControlPlane {
   struct PendingWork {
     std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;
     std::vector<std::string> forgotten;
-    std::set<std::string> restore;
-    bool empty() const { return pruned.empty() && abandoned.empty() && forgotten.empty() && restore.empty(); }
+    std::set<std::string> restore, visuals;
+    bool empty() const {
+      return pruned.empty() && abandoned.empty() && forgotten.empty() && restore.empty() && visuals.empty();
+    }
   };
   void DoPendingWork(PendingWork work);
+  absl::Status WritePieces(const std::string& sha256, const std::string& bytes);
+  absl::Status RemovePieces(const std::string& sha256);
+  void RemoveVisual(const std::string& sha256);
   absl::Status KeepImported(const std::string& id, const records::Bundle& bundle, Lock& lock);
   absl::StatusOr<std::string> ContentBytes(const std::string& key);
   // The scene and game of a checkpoint.
@@ -175,6 +191,7 @@ class ControlPlane {
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;
   PendingWork pending_;
+  std::mutex visual_mutex_;          // held by who writes or removes pieces of a file; before mutex_
   std::set<std::string> importing_;  // instances whose files are being kept
   std::vector<std::chrono::nanoseconds> failovers_;
   std::map<StreamId, std::shared_ptr<AgentStream>> streams_;

@@ -251,7 +251,9 @@ absl::Status ControlPlane::KeepImported(const std::string& id, const records::Bu
 
 // Runs on the files' thread, without the lock.
 void ControlPlane::DoPendingWork(PendingWork work) {
-  if (!files_) work = PendingWork{.pruned = {}, .abandoned = {}, .forgotten = {}, .restore = work.restore};
+  for (const std::string& sha256 : work.visuals) RemoveVisual(sha256);
+  if (!files_)
+    work = PendingWork{.pruned = {}, .abandoned = {}, .forgotten = {}, .restore = work.restore, .visuals = {}};
   for (const auto& [id, tick] : work.pruned) files_->Remove(id, tick);
   for (const auto& [id, tick] : work.abandoned) files_->Abandon(id, tick);
   for (const std::string& id : work.forgotten) files_->RemoveAll(id);

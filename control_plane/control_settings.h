@@ -40,6 +40,11 @@ struct ControlSettings {
   std::chrono::milliseconds keep_left_players{60'000};
   // Bytes that the kept checkpoints of one world may take; 0: as many as they need.
   std::uint64_t checkpoint_quota = 0;
+  // Bytes that all files of meshes may take; 0: none is taken, and scenes may refer to any.
+  std::uint64_t visual_quota = 1'000'000'000;
+  // How long a file of meshes stays that no instance needs: the time from its upload to the instance, and from one
+  // instance of a level to the next. Shorter, and a level that is changed and tried again is sent anew each time.
+  std::chrono::milliseconds keep_visuals{900'000};
   // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
   std::string release;
 };
@@ -189,6 +194,16 @@ inline constexpr std::size_t kMaxRevokedTokens = 2'000, kMaxRevokedIssuers = 500
 // How long a player may take at least from its join to its first connection; a longer grace of the instance holds.
 // Shorter, and who loads a large scene over a slow line is gone before it comes.
 inline constexpr std::chrono::milliseconds kFirstConnectionGrace{60'000};
+
+// Files of meshes that one scene may refer to, and that one request may ask for: `tessera scene import` makes one.
+inline constexpr std::size_t kMaxVisualFiles = 256;
+// One piece of such a file on its way, and in the store. The latter is the most that is held of a file that is sent,
+// and written in one transaction: larger, and other writes wait longer for it.
+inline constexpr std::size_t kVisualPieceBytes = 64 << 10, kVisualStoredBytes = 1 << 20;
+// Pause between two pieces that are written: whoever waits for the store has its turn.
+inline constexpr std::chrono::milliseconds kVisualPause{2};
+// How often it is looked which files nothing needs.
+inline constexpr std::chrono::milliseconds kVisualSweepInterval{1000};
 
 inline constexpr std::uint32_t kMaxPort = 65535;
 

@@ -14,7 +14,10 @@ int MillisecondsOf(Duration duration) {
   return static_cast<int>(std::chrono::milliseconds(duration).count());
 }
 
-bool IsImport(std::string_view method) { return method == "InstanceService/ImportCheckpoint"; }
+// What is kept in memory until it is whole.
+bool IsImport(std::string_view method) {
+  return method == "InstanceService/ImportCheckpoint" || method == "VisualService/PutVisual";
+}
 
 // Without the port, which is another for each connection.
 std::string AddressOf(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }

@@ -21,6 +21,7 @@
 #include "control_plane/services/host_service.h"
 #include "control_plane/services/instance_service.h"
 #include "control_plane/services/session_service.h"
+#include "control_plane/services/visual_service.h"
 #include "control_plane/socket_listener.h"
 #include "host/socket_address.h"
 #include "telemetry/log_throttle.h"
@@ -40,6 +41,7 @@ struct DoorServer {
         hosts(plane, metrics, door, authority),
         instances(plane, metrics, door, authority),
         sessions(plane, metrics, door, authority),
+        visuals(plane, metrics, door, authority),
         agents(plane, metrics, door, authority) {
     const auto log = [this, door, &plane](const grpc::ServerContext& context, const std::string& method,
                                           const grpc::Status& status) {
@@ -52,6 +54,7 @@ struct DoorServer {
     bounded.emplace_back(hosts, v1::HostService::service_full_name(), log);
     bounded.emplace_back(instances, v1::InstanceService::service_full_name(), log);
     bounded.emplace_back(sessions, v1::SessionService::service_full_name(), log);
+    bounded.emplace_back(visuals, v1::VisualService::service_full_name(), log);
     bounded.emplace_back(agents, v1::AgentLinkService::service_full_name(), log);
   }
   DoorServer(const DoorServer&) = delete;
@@ -61,6 +64,7 @@ struct DoorServer {
   HostServiceImpl hosts;
   InstanceFilesImpl instances;
   SessionServiceImpl sessions;
+  VisualServiceImpl visuals;
   AgentLinkServiceImpl agents;
   telemetry::LogThrottle refusals;
   std::deque<BoundedService> bounded;        // the same, as the server has them
@@ -85,7 +89,7 @@ struct GrpcServer::Impl {
       return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (", name, ")"));
     for (const char* service : {v1::AccessService::service_full_name(), v1::HostService::service_full_name(),
                                 v1::InstanceService::service_full_name(), v1::SessionService::service_full_name(),
-                                v1::AgentLinkService::service_full_name()}) {
+                                v1::VisualService::service_full_name(), v1::AgentLinkService::service_full_name()}) {
       opened.server->GetHealthCheckService()->SetServingStatus(service, true);
     }
     return &opened;

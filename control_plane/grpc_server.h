@@ -1,5 +1,5 @@
 // GrpcServer: the control plane's gRPC services behind their doors: AccessService, HostService, InstanceService,
-// SessionService and AgentLinkService of tessera.v1, with health and reflection.
+// SessionService, VisualService and AgentLinkService of tessera.v1, with health and reflection.
 //
 // Thread rule: start and end it from one thread; it serves on threads of gRPC, one for each open stream. No gRPC header
 // is needed to use it.

@@ -10,6 +10,7 @@
 #include "core/region/settings.h"
 #include "core/world/limits.h"
 #include "core/world/scene_load.h"
+#include "core/world/scene_visuals.h"
 #include "game_sdk/lua/lua_module.h"
 
 namespace tessera::control {
@@ -205,6 +206,11 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.map = *std::move(map);
   plan.properties.assign(spec.scene().properties().begin(), spec.scene().properties().end());
   plan.world_properties.assign(spec.scene().instance_properties().begin(), spec.scene().instance_properties().end());
+  plan.visuals = VisualFiles(spec.scene());
+  if (plan.visuals.size() > kMaxVisualFiles) {
+    return absl::InvalidArgumentError(absl::StrCat("spec.scene: is drawn with ", plan.visuals.size(),
+                                                   " files of meshes, which are more than ", kMaxVisualFiles));
+  }
   if (scene.player) plan.spawn_points = scene.player->spawn_points;
   for (const BodyDef& body : scene.bodies) {
     if (body.motion == Motion::kDynamic) plan.bodies.push_back(body.id);

@@ -44,6 +44,7 @@ struct InstancePlan {
   std::optional<records::Manifest> restored;  // the checkpoint that it starts from
   std::vector<v1::Property> properties;       // that the scene declares
   std::vector<v1::Property> world_properties;
+  std::vector<std::string> visuals;    // SHA-256 of the files that the scene is drawn with
   std::vector<Vec3d> spawn_points;     // empty: nobody can join
   std::vector<BodyId> bodies;          // dynamic, of the scene; ascending
   std::shared_ptr<const Scene> scene;  // as it was checked

@@ -58,6 +58,8 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   record.set_properties_taken(true);
   *record.mutable_world_properties() = {plan.world_properties.begin(), plan.world_properties.end()};
   record.set_world_properties_taken(true);
+  *record.mutable_visuals() = {plan.visuals.begin(), plan.visuals.end()};
+  record.set_visuals_taken(true);
   for (const Vec3d& point : plan.spawn_points) {
     v1::Vec3& stored = *record.add_spawn_points();
     stored.set_x(point.x);

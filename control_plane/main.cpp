@@ -43,7 +43,7 @@ struct ControlFlags {
   std::string state_dir, checkpoints;
   std::string s3_endpoint, s3_region;
   std::optional<S3Settings> s3;  // where `checkpoints` names a bucket
-  std::uint64_t checkpoint_reserve_mb = 256, checkpoint_quota_mb = 0;
+  std::uint64_t checkpoint_reserve_mb = 256, checkpoint_quota_mb = 0, visual_quota_mb = 1000;
   StoreFlags store;
   std::string ready_file;
   std::string restore;
@@ -188,10 +188,11 @@ absl::Status CheckCheckpointFlags(ControlFlags& flags) {
   return absl::OkStatus();
 }
 
-// Bytes of the quota, which its option has in megabytes.
+// Bytes of the quotas, which options have in megabytes.
 ControlSettings WithQuotas(const ControlFlags& flags) {
   ControlSettings settings = flags.settings;
   settings.checkpoint_quota = flags.checkpoint_quota_mb * 1'000'000;
+  settings.visual_quota = flags.visual_quota_mb * 1'000'000;
   return settings;
 }
 
@@ -338,6 +339,12 @@ int main(int argc, char** argv) {
          "megabytes that the kept checkpoints of one world may take: the oldest go first, and one that alone is "
          "larger is not made; 0 is no limit")
       ->check(CLI::Range(0, 100'000'000))
+      ->capture_default_str();
+  app.add_option(
+         "--visual-quota-mb", flags.visual_quota_mb,
+         "megabytes of the store that files of meshes may take, which gateways draw imported levels with; 0 keeps "
+         "none, and every gateway needs its own")
+      ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
   control::AddStoreOptions(app, flags.store);
   app.add_option("--restore", flags.restore,

@@ -11,10 +11,12 @@ absl::StatusOr<StoreEntry> MemoryStore::Get(std::string_view key) const {
   return StoreEntry{found->first, found->second.value, found->second.revision};
 }
 
-absl::StatusOr<std::vector<StoreEntry>> MemoryStore::List(std::string_view prefix) const {
+absl::StatusOr<std::vector<StoreEntry>> MemoryStore::ListWithout(std::string_view prefix,
+                                                                 std::string_view without) const {
   const std::lock_guard lock(mutex_);
   std::vector<StoreEntry> result;
   for (auto it = entries_.lower_bound(prefix); it != entries_.end() && it->first.starts_with(prefix); ++it) {
+    if (!without.empty() && it->first.starts_with(without)) continue;
     result.push_back({it->first, it->second.value, it->second.revision});
   }
   return result;

@@ -11,7 +11,7 @@ namespace tessera::control {
 class MemoryStore final : public Store {
  public:
   absl::StatusOr<StoreEntry> Get(std::string_view key) const override;
-  absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const override;
+  absl::StatusOr<std::vector<StoreEntry>> ListWithout(std::string_view prefix, std::string_view without) const override;
   absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) override;
   Revision revision() const override;
 

@@ -13,6 +13,7 @@
 #include "host/temporary_folder.h"
 #include "host/testing/watched_program.h"
 #include "tessera/v1/host.grpc.pb.h"
+#include "tessera/v1/visuals.grpc.pb.h"
 
 namespace tessera::control {
 namespace {
@@ -64,6 +65,21 @@ TEST_F(ProgramTest, KeepsItsHostsOverAKillAndEndsInOrder) {
       program->Signal(SIGTERM);
       EXPECT_TRUE(program->Wait().Clean());
     }
+  }
+}
+
+TEST_F(ProgramTest, QuotasAreThoseOfTheOptions) {
+  for (const bool none : {false, true}) {
+    std::vector<std::string> arguments = Arguments();
+    if (none) arguments.insert(arguments.end(), {"--visual-quota-mb", "0"});
+    const auto program = Start(arguments);
+    const auto channel = grpc::CreateChannel(Ready().at("socket"), grpc::InsecureChannelCredentials());
+    v1::FindMissingVisualsResponse answer;
+    grpc::ClientContext asking;
+    ASSERT_TRUE(v1::VisualService::NewStub(channel)->FindMissingVisuals(&asking, {}, &answer).ok());
+    EXPECT_EQ(answer.keeps_none(), none);
+    program->Signal(SIGTERM);
+    EXPECT_TRUE(program->Wait().Clean());
   }
 }
 

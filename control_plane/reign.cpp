@@ -117,7 +117,11 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
         ClusterSummary summary;
         gate->With([&](ControlPlane& plane) {
           for (const std::chrono::nanoseconds took : plane.TakeFailovers()) metrics.ObserveFailover(took);
-          summary = plane.Call([](Cluster& c, Now) { return Summarise(c.state(), c.revocations().number()); });
+          summary = plane.Call([](Cluster& c, Now) {
+            ClusterSummary made = Summarise(c.state(), c.revocations().number());
+            made.visual_bytes = c.visuals().bytes();
+            return made;
+          });
         });
         return summary;
       },

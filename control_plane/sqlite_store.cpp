@@ -89,7 +89,9 @@ absl::Status SqliteStore::Prepare() {
 
   const std::pair<const char*, Statement*> statements[] = {
       {"SELECT key, value, revision FROM entries WHERE key = ?1", &get_},
-      {"SELECT key, value, revision FROM entries WHERE substr(key, 1, ?2) = ?1 AND key >= ?1 ORDER BY key", &list_},
+      {"SELECT key, value, revision FROM entries WHERE substr(key, 1, ?2) = ?1 AND key >= ?1"
+       " AND (?4 = 0 OR substr(key, 1, ?4) <> ?3) ORDER BY key",
+       &list_},
       {"SELECT revision FROM entries WHERE key = ?1", &revision_of_},
       {"INSERT INTO entries VALUES (?1, ?2, ?3) ON CONFLICT (key) DO UPDATE SET value = ?2, revision = ?3", &put_},
       {"DELETE FROM entries WHERE key = ?1", &delete_},
@@ -114,10 +116,12 @@ absl::StatusOr<StoreEntry> SqliteStore::Get(std::string_view key) const {
   return StoreEntry{use.Bytes(0), use.Bytes(1), use.Integer(2)};
 }
 
-absl::StatusOr<std::vector<StoreEntry>> SqliteStore::List(std::string_view prefix) const {
+absl::StatusOr<std::vector<StoreEntry>> SqliteStore::ListWithout(std::string_view prefix,
+                                                                 std::string_view without) const {
   const std::lock_guard lock(mutex_);
   StatementUse use(list_.get());
   use.Blob(1, prefix).Integer(2, static_cast<std::int64_t>(prefix.size()));
+  use.Blob(3, without).Integer(4, static_cast<std::int64_t>(without.size()));
   std::vector<StoreEntry> entries;
   int result = SQLITE_ROW;
   while ((result = use.Step()) == SQLITE_ROW) entries.push_back({use.Bytes(0), use.Bytes(1), use.Integer(2)});

@@ -59,8 +59,11 @@ class Store {
 
   // kNotFound names the key.
   virtual absl::StatusOr<StoreEntry> Get(std::string_view key) const = 0;
-  // All keys that start with `prefix`, ascending by byte value.
-  virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
+  // All keys that start with `prefix` and not with `without`, which is not read; ascending by byte value. Empty
+  // `without`: none is left out.
+  virtual absl::StatusOr<std::vector<StoreEntry>> ListWithout(std::string_view prefix,
+                                                              std::string_view without) const = 0;
+  absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const { return ListWithout(prefix, {}); }
   // Writes all of `ops` or none, and returns the revision of the whole. Errors: kAborted when a key is not at its
   // expected revision, naming it; kInvalidArgument for no op, an empty key, a key named twice or a delete that expects
   // kAbsent; kUnavailable when it could not be written; kFailedPrecondition when this process may write no more.

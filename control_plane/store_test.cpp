@@ -209,6 +209,23 @@ TYPED_TEST(StoreTest, ListsExactlyThePrefixInOrder) {
   EXPECT_TRUE(this->store_.List("host/1x")->empty());
 }
 
+TYPED_TEST(StoreTest, ListsAllButAPrefixThatIsLeftOut) {
+  for (const char* key : {"a/1", "b/1", "b/2", "bc", "c"}) ASSERT_TRUE(this->store_.Put(key, key, kAbsent).ok());
+  const auto keys = [this](const char* prefix, const char* without) {
+    std::vector<std::string> found;
+    const auto listed = this->store_.ListWithout(prefix, without);
+    for (const StoreEntry& entry : *listed) found.push_back(entry.key);
+    return found;
+  };
+  using Keys = std::vector<std::string>;
+  EXPECT_EQ(keys("", "b/"), (Keys{"a/1", "bc", "c"}));
+  EXPECT_EQ(keys("", "b"), (Keys{"a/1", "c"}));
+  EXPECT_EQ(keys("b", "b/2"), (Keys{"b/1", "bc"}));
+  EXPECT_EQ(keys("b/", "b"), Keys());
+  EXPECT_EQ(keys("b/", "a"), (Keys{"b/1", "b/2"}));
+  EXPECT_EQ(keys("", "x"), (Keys{"a/1", "b/1", "b/2", "bc", "c"}));
+}
+
 TYPED_TEST(StoreTest, ConcurrentIncrementsAreNeverLost) {
   ASSERT_TRUE(this->store_.Put("n", "0", kAbsent).ok());
   const auto increment = [this] {

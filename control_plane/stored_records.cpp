@@ -55,6 +55,10 @@ std::string HostKey(std::uint64_t number) { return absl::StrCat(kHostPrefix, num
 std::string InstanceKey(std::uint64_t number) { return absl::StrCat(kInstancePrefix, number); }
 std::string SceneKey(std::string_view hash) { return kScenePrefix + std::string(hash); }
 std::string GameKey(std::string_view hash) { return kGamePrefix + std::string(hash); }
+std::string VisualKey(std::string_view sha256) { return kVisualPrefix + std::string(sha256); }
+std::string VisualPieceKey(std::string_view sha256, std::uint64_t number) {
+  return absl::StrCat(kVisualKeys, "_piece/", std::string(sha256), "/", number);
+}
 bool IsSceneKey(std::string_view key) { return key.starts_with(kScenePrefix); }
 
 std::vector<std::string> ContentKeys(const records::Instance& record) {

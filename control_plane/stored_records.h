@@ -28,6 +28,10 @@ std::string InstanceKey(std::uint64_t number);
 std::string SceneKey(std::string_view hash);
 std::string GameKey(std::string_view hash);
 bool IsSceneKey(std::string_view key);
+// Files of meshes and their pieces; all their keys, and no others, begin with kVisualKeys.
+inline constexpr char kVisualKeys[] = "visual", kVisualPrefix[] = "visual/";
+std::string VisualKey(std::string_view sha256);
+std::string VisualPieceKey(std::string_view sha256, std::uint64_t number);
 
 // The files that an instance uses. Each lies in the store once, however many instances use it.
 struct Contents {

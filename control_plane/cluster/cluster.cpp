@@ -71,6 +71,7 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       game_logs_(*state_),
       game_events_(*state_),
       game_messages_(*state_),
+      visuals_(*state_, settings.visual_quota, settings.keep_visuals),
       reconciler_(*state_, {instances_, changes_, failovers_, checkpoints_, players_}),
       desired_sets_(*state_, revocations_,
                     [this](const InstanceEntry& instance) {
@@ -90,6 +91,7 @@ absl::Status Cluster::LoadParts(Now now) {
   DropRevokedAccess();
   if (absl::Status status = tickets_.Load(now); !status.ok()) return status;
   if (absl::Status status = GiveSeeds(); !status.ok()) return status;
+  if (absl::Status status = visuals_.Load(); !status.ok()) return status;
   if (absl::Status status = game_events_.Load(); !status.ok()) return status;
   for (InstanceEntry& instance : state_->EachInstance()) game_events_.NoteRestore(instance, now);
   return game_messages_.Load();
@@ -156,6 +158,7 @@ void Cluster::HandleTimer(Now now) {
     instances_.WithdrawLate(instance, now);
   }
   tickets_.Prune(now);
+  visuals_.Sweep(now);
   for (const std::uint64_t number : instances_.ForgetEnded(now)) Forget(number);
 }
 
@@ -185,6 +188,10 @@ absl::Status Cluster::RemoveHost(Now now, const v1::RemoveHostRequest& request) 
 
 absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan& plan, bool validate_only) {
   if (const InstanceEntry* made = state_->FindByRequestId(plan.request_id)) return ViewOf(*state_, *made);
+  // Whoever only asks has not sent them yet. A world that comes out of a checkpoint matters more than its look.
+  if (!validate_only && !plan.restored) {
+    if (absl::Status status = visuals_.CheckThere(plan.visuals); !status.ok()) return status;
+  }
   const auto needs = NeedsOfPlan(*state_, plan);
   if (!needs.ok()) return needs.status();
   const auto placed = PlaceAnew(*state_, plan.map, *needs, nullptr, settings_.failover_after, now);

@@ -44,6 +44,7 @@
 #include "control_plane/cluster/recovery.h"
 #include "control_plane/cluster/revocations.h"
 #include "control_plane/cluster/tickets.h"
+#include "control_plane/cluster/visuals.h"
 #include "control_plane/cluster/worker_reports.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/instance_plan.h"
@@ -127,6 +128,10 @@ class Cluster {
   absl::StatusOr<std::vector<v1::PublishedEvent>> GameEventsAfter(const std::string& id, std::uint64_t number) const;
   absl::StatusOr<std::uint64_t> SendToGame(Now now, const v1::SendToGameRequest& request);
   std::optional<absl::Status> GameMessageOutcome(const std::string& id, std::uint64_t number) const;
+
+  // --- Files of meshes: see visuals.h. The caller writes and removes their pieces.
+  Visuals& visuals() { return visuals_; }
+  const Visuals& visuals() const { return visuals_; }
 
   // --- Checkpoints: see instance_checkpoints.h. The caller keeps the files.
   absl::StatusOr<std::uint64_t> BeginCheckpoint(Now now, const std::string& id);
@@ -212,6 +217,7 @@ class Cluster {
   GameLogs game_logs_;
   GameEvents game_events_;
   GameMessages game_messages_;
+  Visuals visuals_;
   Reconciler reconciler_;
   DesiredSets desired_sets_;
   Recovery recovery_;

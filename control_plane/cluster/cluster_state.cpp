@@ -7,6 +7,7 @@
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
 #include "core/world/partition_io.h"
+#include "core/world/scene_visuals.h"
 
 namespace tessera::control {
 namespace {
@@ -84,23 +85,27 @@ void ClusterState::FollowSeed(InstanceEntry& instance) {
   instance.key = net::SigningKey::FromSeed(instance.record.signing_seed(), "signing_seed").value_or(net::SigningKey());
 }
 
-// A control plane that knew of no properties kept the scene's, unread; its workers may be replaced by some that know
-// them.
+// A control plane that knew of no properties, or of no files of meshes, kept the scene's, unread; its workers may be
+// replaced by some that know them.
 absl::Status ClusterState::AdoptContent(const std::string& key, const StoredContent& content) {
   const auto use = contents_.find(key);
   if (use == contents_.end()) return absl::OkStatus();
   use->second.revision = content.revision;
   if (!IsSceneKey(key)) return absl::OkStatus();
   for (InstanceEntry& instance : EachInstance()) {
-    const bool taken = instance.record.properties_taken() && instance.record.world_properties_taken();
+    const bool taken = instance.record.properties_taken() && instance.record.world_properties_taken() &&
+                       instance.record.visuals_taken();
     if (taken || SceneKey(instance.record.scene_hash()) != key) continue;
     records::Instance next = instance.record;
     if (v1::Scene read; read.ParseFromString(content.bytes)) {
       *next.mutable_properties() = read.properties();
       *next.mutable_world_properties() = read.instance_properties();
+      const std::vector<std::string> visuals = VisualFiles(read);
+      *next.mutable_visuals() = {visuals.begin(), visuals.end()};
     }
     next.set_properties_taken(true);
     next.set_world_properties_taken(true);
+    next.set_visuals_taken(true);
     if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   }
   return absl::OkStatus();

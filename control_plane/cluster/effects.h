@@ -33,6 +33,7 @@ struct Effects {
   std::set<std::string> restore;  // instances that need `Restore` or `CannotRestore`
   std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;  // checkpoints, and drafts of them, by tick
   std::vector<std::string> forgotten;                                    // instances
+  std::set<std::string> visuals;                                         // files whose pieces are to be removed
   std::vector<std::chrono::nanoseconds> failovers;                       // durations of those that ended
 };
 

@@ -76,6 +76,15 @@ bool ShowsScene(const ClusterState& state, const std::string& hash,
   });
 }
 
+bool ShowsVisual(const ClusterState& state, const std::string& sha256,
+                 const std::function<bool(const std::string&)>& is_shown) {
+  return std::any_of(state.instances().begin(), state.instances().end(), [&](const auto& entry) {
+    const records::Instance& record = entry.second.record;
+    const auto& visuals = record.visuals();
+    return std::find(visuals.begin(), visuals.end(), sha256) != visuals.end() && is_shown(record.id());
+  });
+}
+
 absl::StatusOr<v1::ListCheckpointsResponse> ListCheckpoints(const ClusterState& state,
                                                             const v1::ListCheckpointsRequest& request) {
   const InstanceEntry* instance = state.FindInstance(request.id());

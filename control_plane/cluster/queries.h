@@ -32,6 +32,9 @@ absl::StatusOr<v1::ListInstancesResponse> ListInstances(
 // Whether an instance that is shown uses the scene.
 bool ShowsScene(const ClusterState& state, const std::string& hash,
                 const std::function<bool(const std::string&)>& is_shown);
+// Whether an instance that is shown is drawn with the file.
+bool ShowsVisual(const ClusterState& state, const std::string& sha256,
+                 const std::function<bool(const std::string&)>& is_shown);
 absl::StatusOr<v1::ListCheckpointsResponse> ListCheckpoints(const ClusterState& state,
                                                             const v1::ListCheckpointsRequest& request);
 // As GetInstance has it; nothing if there is no such instance.
@@ -62,6 +65,7 @@ struct ClusterSummary {
   bool checkpoints_stopped = false;  // there is no room for them
   int over_checkpoint_quota = 0;     // instances whose last one was too large
   std::uint64_t failed_writes = 0;
+  std::uint64_t visual_bytes = 0;  // that files of meshes take
 };
 // `newest_revocations`: the number of the newest list.
 ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocations = 0);

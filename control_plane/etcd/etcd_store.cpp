@@ -136,15 +136,27 @@ absl::StatusOr<StoreEntry> EtcdStore::Get(std::string_view key) const {
   }
 }
 
-absl::StatusOr<std::vector<StoreEntry>> EtcdStore::List(std::string_view prefix) const {
-  const std::lock_guard lock(mutex_);
-  const std::string first = EtcdDataKey(prefix_, prefix);
+absl::StatusOr<std::vector<StoreEntry>> EtcdStore::ListWithout(std::string_view prefix,
+                                                               std::string_view without) const {
+  const std::lock_guard lock(mutex_);  // so that both parts are of one moment
+  const std::string first = EtcdDataKey(prefix_, prefix), end = EtcdRangeEnd(first);
+  const std::string gap = EtcdDataKey(prefix_, without), gap_end = EtcdRangeEnd(gap);
+  std::vector<StoreEntry> entries;
+  const bool cut = !without.empty() && gap < end && gap_end > first;
+  absl::Status status = first < gap || !cut ? ListRange(first, cut ? gap : end, entries) : absl::OkStatus();
+  if (status.ok() && cut && gap_end < end) status = ListRange(gap_end, end, entries);
+  if (!status.ok()) return status;
+  return entries;
+}
+
+// With the lock held. From `first` up to `end`, which is not in it.
+absl::Status EtcdStore::ListRange(const std::string& first, const std::string& end,
+                                  std::vector<StoreEntry>& entries) const {
   const std::size_t skipped = EtcdDataKey(prefix_, "").size();
   pb::RangeRequest request;
   request.set_key(first);
-  request.set_range_end(EtcdRangeEnd(first));
+  request.set_range_end(end);
   request.set_limit(kEtcdEntriesAtOnce);
-  std::vector<StoreEntry> entries;
   for (bool more = true; more;) {
     const auto page = client_.Range(request, kEtcdReadPatience);
     if (!page.ok()) return page.status();
@@ -157,7 +169,7 @@ absl::StatusOr<std::vector<StoreEntry>> EtcdStore::List(std::string_view prefix)
     more = page->more() && page->kvs_size() > 0;
     if (more) request.set_key(page->kvs().rbegin()->key() + '\0');
   }
-  return entries;
+  return absl::OkStatus();
 }
 
 Revision EtcdStore::revision() const {

@@ -37,7 +37,7 @@ class EtcdStore final : public Store {
                                                          const EtcdFence& fence, std::function<void()> on_lost);
 
   absl::StatusOr<StoreEntry> Get(std::string_view key) const override;
-  absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const override;
+  absl::StatusOr<std::vector<StoreEntry>> ListWithout(std::string_view prefix, std::string_view without) const override;
   // FAILED_PRECONDITION: this control plane no longer leads.
   absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) override;
   Revision revision() const override;
@@ -45,6 +45,7 @@ class EtcdStore final : public Store {
  private:
   EtcdStore(const EtcdClient& client, const std::string& prefix, const EtcdFence& fence, std::function<void()> on_lost);
   absl::Status ReadHead();
+  absl::Status ListRange(const std::string& first, const std::string& end, std::vector<StoreEntry>& entries) const;
   // With the lock held, all that follow.
   absl::StatusOr<Revision> Write(std::span<const StoreOp> ops);
   absl::Status CheckExpected(std::span<const StoreOp> ops) const;

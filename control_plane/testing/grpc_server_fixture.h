@@ -96,7 +96,7 @@ class GrpcServerTest : public ::testing::Test {
     const Now now{std::chrono::steady_clock::now().time_since_epoch(),
                   std::chrono::system_clock::now().time_since_epoch()};
     store_ = *SqliteStore::Open(folder_.path() + "/control.db");
-    auto cluster = Cluster::Load(*store_, {}, SystemRandomBytes, now);
+    auto cluster = Cluster::Load(*store_, settings_, SystemRandomBytes, now);
     ASSERT_TRUE(cluster.ok()) << cluster.status();
     plane_ = std::make_unique<ControlPlane>(*store_, *std::move(cluster));
     auto server = GrpcServer::Start({.socket = folder_.path() + "/control.sock", .operators = {}, .players = {}},
@@ -151,6 +151,7 @@ class GrpcServerTest : public ::testing::Test {
     return seen;
   }
 
+  ControlSettings settings_;
   host::TemporaryFolder folder_;
   std::unique_ptr<SqliteStore> store_;
   ControlMetrics metrics_;
