@@ -16,13 +16,14 @@
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
 #include "local_cluster/scene_file.h"
+#include "local_cluster/visual_upload.h"
 
 namespace tessera::cli {
 namespace {
 
 struct InstanceOptions {
   std::string id;
-  std::string scene;
+  std::string scene, visuals;
   std::string game, movement;
   std::uint32_t regions = 1;
   std::uint32_t players = 0;
@@ -48,11 +49,9 @@ void SetSpan(double seconds, google::protobuf::Duration& span) {
   span.set_nanos(static_cast<std::int32_t>((seconds - static_cast<double>(whole)) * 1e9));
 }
 
-v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
+v1::CreateInstanceRequest RequestOf(const InstanceOptions& options, const std::string& path) {
   v1::CreateInstanceRequest request;
   v1::InstanceSpec& spec = *request.mutable_spec();
-  const std::string path =
-      options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
   LoadedScene loaded = local::LoadScene(path, options.bodies);
   for (const std::string& warning : SceneWarnings(*loaded.scene)) {
     std::cerr << fmt::format("{}: warning: {}\n", path, warning);
@@ -81,7 +80,15 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
 
 void Create(const Globals& globals, const InstanceOptions& options) {
   local::Connection connection = Connect(globals);
-  const v1::CreateInstanceRequest request = RequestOf(options);
+  const std::string path =
+      options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
+  const v1::CreateInstanceRequest request = RequestOf(options, path);
+  const auto sending = options.dry_run ? local::VisualSending::kOnlyCheck : local::VisualSending::kSend;
+  const std::string folder = options.visuals.empty() ? local::VisualsBeside(path) : options.visuals;
+  for (const auto& [file, bytes] : local::SendVisuals(connection, request.spec().scene(), folder, sending)) {
+    std::cerr << fmt::format("{}: {:.1f} MB {}\n", file, static_cast<double>(bytes) / 1e6,
+                             options.dry_run ? "would be sent" : "sent");
+  }
   auto response =
       connection.Call("instance create", connection.instances(), &v1::InstanceService::Stub::CreateInstance, request);
   const std::string id = response.instance().id();
@@ -185,6 +192,9 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--movement", options->movement,
                      "native:NAME[@SHA256], a shared library that hosts have, with a movement for the players of a Lua "
                      "game; left out: none");
+  create->add_option("--visuals", options->visuals,
+                     "Folder of the meshes that the scene is drawn with; those that the control plane lacks are sent "
+                     "(default: visuals, beside the scene)");
   create->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->capture_default_str();
   create->add_option("--players", options->players, "Start when so many players are in; 0: at once")
       ->capture_default_str();

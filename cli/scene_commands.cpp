@@ -1,4 +1,4 @@
-// tessera scene validate | import
+// tessera scene validate | import | upload
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
 
@@ -9,13 +9,16 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/gltf/gltf_import.h"
 #include "cli/table.h"
 #include "core/world/scene_load.h"
 #include "core/world/scene_warnings.h"
 #include "host/files.h"
 #include "local_cluster/command_error.h"
+#include "local_cluster/connection.h"
 #include "local_cluster/scene_file.h"
+#include "local_cluster/visual_upload.h"
 
 namespace tessera::cli {
 namespace {
@@ -131,10 +134,28 @@ void Import(const Globals& globals, const ImportOptions& options) {
                     bounds.max.z - bounds.min.z)}});
   for (const std::string& note : imported->notes) std::cout << note << "\n";
   if (!visuals.empty()) {
-    std::cout << fmt::format("{} triangles to draw, in {}; a gateway shows them with --visuals {}\n",
-                             imported->drawn_triangles, visuals, std::filesystem::path(visuals).parent_path().string());
+    std::cout << fmt::format("{} triangles to draw, in {}, which goes to the control plane with the world\n",
+                             imported->drawn_triangles, visuals);
   }
   std::cout << fmt::format("written to {}; try: tessera instance create --scene {} --wait\n", options.out, options.out);
+}
+
+// For a world that is there already: one that was restored by a backup, or imported.
+void Upload(const Globals& globals, const ImportOptions& options) {
+  const LoadedScene loaded = local::LoadScene(options.file);
+  local::Connection connection = Connect(globals);
+  const std::string folder = options.visuals.empty() ? local::VisualsBeside(options.file) : options.visuals;
+  const auto sent = local::SendVisuals(connection, loaded.message, folder);
+  if (globals.format == Format::kJson) {
+    auto report = nlohmann::ordered_json::array();
+    for (const auto& [file, bytes] : sent) report.push_back({{"file", file}, {"bytes", bytes}});
+    std::cout << report.dump(2) << "\n";
+    return;
+  }
+  for (const auto& [file, bytes] : sent) {
+    std::cout << fmt::format("{}: {:.1f} MB sent\n", file, static_cast<double>(bytes) / 1e6);
+  }
+  if (sent.empty()) std::cout << fmt::format("{}: nothing to send\n", options.file);
 }
 
 }  // namespace
@@ -155,6 +176,11 @@ void AddSceneCommands(CLI::App& app, Globals& globals) {
                     "scene)");
   level->add_flag("--no-visuals", import->no_visuals, "Keep no meshes: the shapes are drawn");
   level->callback([&globals, import] { Import(globals, *import); });
+  CLI::App* upload = scene->add_subcommand(
+      "upload", "Send the control plane the meshes of a scene that it lacks, for a world that is there already");
+  upload->add_option("file", import->file, "The scene")->required();
+  upload->add_option("--visuals", import->visuals, "Folder of the meshes (default: visuals, beside the scene)");
+  upload->callback([&globals, import] { Upload(globals, *import); });
 }
 
 }  // namespace tessera::cli

@@ -18,6 +18,7 @@ Connection::Connection(const trust::ControlPoint& control) : address_(control.ad
   access_ = v1::AccessService::NewStub(channel_);
   hosts_ = v1::HostService::NewStub(channel_);
   instances_ = v1::InstanceService::NewStub(channel_);
+  visuals_ = v1::VisualService::NewStub(channel_);
 }
 
 void Connection::Check(const grpc::Status& status, const std::string& what) const {

@@ -14,6 +14,7 @@
 #include "tessera/v1/access.grpc.pb.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
+#include "tessera/v1/visuals.grpc.pb.h"
 #include "trust/credentials.h"
 
 namespace tessera::local {
@@ -27,6 +28,7 @@ class Connection {
   v1::AccessService::Stub& access() { return *access_; }
   v1::HostService::Stub& hosts() { return *hosts_; }
   v1::InstanceService::Stub& instances() { return *instances_; }
+  v1::VisualService::Stub& visuals() { return *visuals_; }
 
   // One call with a deadline; its answer. Throws as Check does.
   //   auto answer = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
@@ -51,6 +53,7 @@ class Connection {
   std::unique_ptr<v1::AccessService::Stub> access_;
   std::unique_ptr<v1::HostService::Stub> hosts_;
   std::unique_ptr<v1::InstanceService::Stub> instances_;
+  std::unique_ptr<v1::VisualService::Stub> visuals_;
 };
 
 const char* CodeName(grpc::StatusCode code);

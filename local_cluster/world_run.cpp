@@ -7,6 +7,7 @@
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
 #include "local_cluster/instance_state.h"
+#include "local_cluster/visual_upload.h"
 
 namespace tessera::local {
 namespace {
@@ -68,6 +69,7 @@ void WorldRun::CreateInstance(const RunOptions& options) {
   request.mutable_spec()->set_regions(options.regions);
   request.mutable_spec()->set_expected_players(options.bots);
   if (options.adjust) options.adjust(*request.mutable_spec());
+  SendVisuals(*connection_, scene_.message, VisualsBeside(options.scene));
   const auto begin = Clock::now();
   instance_id_ =
       connection_
