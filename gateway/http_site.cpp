@@ -12,10 +12,10 @@ namespace tessera::gateway {
 namespace {
 
 constexpr unsigned kOk = 200, kNotModified = 304, kUnauthorized = 401, kForbidden = 403, kNotFound = 404,
-                   kConflict = 409, kBroken = 500;
+                   kConflict = 409, kBroken = 500, kUnavailable = 503;
 constexpr char kPlainText[] = "text/plain; charset=utf-8", kJson[] = "application/json", kGlb[] = "model/gltf-binary";
 constexpr absl::string_view kVisualPath = "/visuals/", kVisualEnding = ".glb", kRecordPath = "/api/recordings/";
-constexpr int kVisualPatience_s = 10;
+constexpr int kVisualPatience_s = 60;  // it may have to be fetched
 // An order waits for the control plane to say whose token it came with.
 constexpr int kOrderPatience_s = 30;
 
@@ -47,8 +47,10 @@ HttpAnswer VisualAnswerOf(const VisualFiles::Answer& file) {
   if (file.ok()) {
     return {.type = kGlb, .cache_control = "private, max-age=31536000, immutable", .body = *file};
   }
-  return Say(absl::IsNotFound(file.status()) ? kNotFound : kBroken, kPlainText,
-             absl::StrCat(file.status().message(), "\n"));
+  unsigned status = kBroken;
+  if (absl::IsNotFound(file.status())) status = kNotFound;
+  if (absl::IsUnavailable(file.status())) status = kUnavailable;
+  return Say(status, kPlainText, absl::StrCat(file.status().message(), "\n"));
 }
 
 HttpAnswer RecordAnswerOf(const absl::StatusOr<RecordingState>& state) {

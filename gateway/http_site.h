@@ -52,9 +52,9 @@ struct HttpExchange {
 
 class HttpSite {
  public:
-  // `visuals`: a folder of <sha256>.glb; empty: there are none.
-  HttpSite(PageFiles page, std::string visuals, std::function<void()> wake)
-      : page_(std::move(page)), visuals_(std::move(visuals), std::move(wake)) {}
+  // `visuals`, `fetch`: as VisualFiles takes them.
+  HttpSite(PageFiles page, std::string visuals, std::function<void()> wake, VisualFetch fetch = nullptr)
+      : page_(std::move(page)), visuals_(std::move(visuals), std::move(wake), std::move(fetch)) {}
 
   // From now on lists and orders are the gateway's, which outlives this.
   void Serve(Gateway& gateway) { gateway_ = &gateway; }

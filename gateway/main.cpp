@@ -18,6 +18,8 @@
 #include "gateway/gateway.h"
 #include "gateway/viewer_format.h"
 #include "gateway/visitor_right.h"
+#include "gateway/visual_cache.h"
+#include "gateway/visual_source.h"
 #include "gateway/web_server.h"
 #include "host/files.h"
 #include "host/program_folder.h"
@@ -37,10 +39,10 @@ constexpr std::size_t kMaxTokenFileBytes = 1024;
 
 struct GatewayFlags {
   std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
-  std::string metrics_token_file, page, visuals, ready_file, token_file, key_file, log_level;
+  std::string metrics_token_file, page, visuals, visual_cache, ready_file, token_file, key_file, log_level;
   std::vector<std::string> allow_origins;
   GatewayOptions options;
-  std::uint64_t max_viewer_kbytes = 4000, recording_mb = 1000, recordings_mb = 10'000;
+  std::uint64_t max_viewer_kbytes = 4000, recording_mb = 1000, recordings_mb = 10'000, visual_cache_mb = 2000;
 };
 
 int Fail(const absl::Status& status) {
@@ -81,14 +83,19 @@ absl::Status PlaceKey(const std::string& file, const host::SocketAddress& listen
   return absl::OkStatus();
 }
 
-absl::Status Run(const GatewayFlags& flags) {
-  // Blocked before any thread is made; the loop asks for them.
+// Those that end the program, blocked from now on: the loop asks for them.
+sigset_t BlockSignals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+absl::Status Run(const GatewayFlags& flags) {
+  const sigset_t signals = BlockSignals();  // before any thread is made
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
 
   const auto listen = host::ParseSocketAddress(flags.listen, host::PortRule::kFrom0);
@@ -120,8 +127,16 @@ absl::Status Run(const GatewayFlags& flags) {
   const auto metrics_server =
       telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry, *metrics_token);
   if (!metrics_server.ok()) return metrics_server.status();
-  const auto server = WebServer::Start(
-      {.listen = *listen, .page = page, .visuals = flags.visuals, .allow_origins = flags.allow_origins}, metrics);
+  VisualCache cache(flags.visual_cache, flags.visual_cache_mb * 1'000'000);
+  if (absl::Status opened = cache.Open(); !opened.ok()) return opened;
+  VisualSource visuals(*channel, std::move(cache));
+  const auto server =
+      WebServer::Start({.listen = *listen,
+                        .page = page,
+                        .visuals = flags.visuals,
+                        .fetch_visual = [&visuals](const std::string& sha256) { return visuals.Get(sha256); },
+                        .allow_origins = flags.allow_origins},
+                       metrics);
   if (!server.ok()) return server.status();
   {
     Gateway gateway(options, *channel, metrics, [&server] { (*server)->Wake(); });
@@ -133,6 +148,7 @@ absl::Status Run(const GatewayFlags& flags) {
     while (sigtimedwait(&signals, nullptr, &kAtOnce) < 0) (*server)->Service();
     sd_notify(0, "STOPPING=1");
     spdlog::info("ending");
+    visuals.Stop();
     gateway.LeaveAll();
     (*server)->Stop();
   }
@@ -173,11 +189,18 @@ int main(int argc, char** argv) {
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");
   app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
-  app.add_option(
-         "--visuals", flags.visuals,
-         "folder of the meshes that worlds are drawn with, <sha256>.glb, as `tessera scene import` writes them; "
-         "without it shapes are drawn")
+  app.add_option("--visuals", flags.visuals,
+                 "folder of meshes that worlds are drawn with, <sha256>.glb, as `tessera scene import` writes them; "
+                 "those that are not in it come from the control plane")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--visual-cache", flags.visual_cache,
+                 "folder for the meshes that came from the control plane, made where it is missing; without it they "
+                 "are kept in memory alone")
+      ->envname("TESSERA_VISUAL_CACHE");
+  app.add_option("--visual-cache-mb", flags.visual_cache_mb,
+                 "most that this folder holds, megabytes: those that were not asked for longest go first")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
   app.add_option("--allow-origin", flags.allow_origins,
                  "a further origin whose pages may connect, e.g. https://play.example; may be repeated");
   app.add_flag("--local", flags.options.workers_are_here,

@@ -12,8 +12,10 @@
 namespace tessera::gateway {
 namespace {
 
-// Damaged files that are remembered; a folder of more is not looked after.
-constexpr std::size_t kMaxDamaged = 1000;
+// Files that could not be had and are remembered; more are tried whenever they are asked for.
+constexpr std::size_t kMaxFailed = 1000;
+// Files at once: one that comes slowly does not keep all others waiting.
+constexpr std::size_t kReaders = 4;
 
 VisualFiles::Answer ReadVisual(const std::string& folder, const std::string& sha256) {
   const std::string name = absl::StrCat(sha256, ".glb");
@@ -24,26 +26,35 @@ VisualFiles::Answer ReadVisual(const std::string& folder, const std::string& sha
   return std::make_shared<const std::string>(*std::move(bytes));
 }
 
+VisualFiles::Answer FindVisual(const std::string& folder, const VisualFetch& fetch, const std::string& sha256) {
+  const VisualFiles::Answer read =
+      folder.empty() ? absl::NotFoundError("there is no folder") : ReadVisual(folder, sha256);
+  if (read.ok() || !fetch) return read;
+  auto fetched = fetch(sha256);
+  if (fetched.ok()) return std::make_shared<const std::string>(*std::move(fetched));
+  return absl::IsNotFound(read.status()) ? fetched.status() : read.status();
+}
+
 }  // namespace
 
-VisualFiles::VisualFiles(std::string folder, std::function<void()> wake)
-    : folder_(std::move(folder)), background_(1, std::move(wake)) {}
+VisualFiles::VisualFiles(std::string folder, std::function<void()> wake, VisualFetch fetch)
+    : folder_(std::move(folder)), fetch_(std::move(fetch)), background_(kReaders, std::move(wake)) {}
 
 void VisualFiles::Ask(const std::string& sha256, Done done) {
-  if (folder_.empty()) return done(absl::NotFoundError("this gateway has no --visuals"));
+  if (folder_.empty() && !fetch_) return done(absl::NotFoundError("this gateway has no --visuals"));
   if (const auto kept = kept_.find(sha256); kept != kept_.end()) {
     kept->second.used = ++uses_;
     return done(kept->second.file);
   }
-  if (const auto damaged = damaged_.find(sha256); damaged != damaged_.end()) {
-    if (std::chrono::steady_clock::now() < damaged->second.until) return done(damaged->second.why);
-    damaged_.erase(damaged);
+  if (const auto failed = failed_.find(sha256); failed != failed_.end()) {
+    if (std::chrono::steady_clock::now() < failed->second.until) return done(failed->second.why);
+    failed_.erase(failed);
   }
   std::vector<Done>& waiting = asked_[sha256];
   waiting.push_back(std::move(done));
   if (waiting.size() > 1) return;
-  const bool begun = background_.Run([this, folder = folder_, sha256]() -> Background::Done {
-    Answer answer = ReadVisual(folder, sha256);
+  const bool begun = background_.Run([this, sha256]() -> Background::Done {
+    Answer answer = FindVisual(folder_, fetch_, sha256);
     return [this, sha256, answer = std::move(answer)] { Take(sha256, answer); };
   });
   if (!begun) Take(sha256, absl::ResourceExhaustedError("too many files are asked for at once"));
@@ -52,9 +63,11 @@ void VisualFiles::Ask(const std::string& sha256, Done done) {
 void VisualFiles::Take(const std::string& sha256, const Answer& answer) {
   if (answer.ok()) {
     Keep(sha256, *answer);
-  } else if (absl::IsDataLoss(answer.status()) && damaged_.size() < kMaxDamaged) {
-    spdlog::warn("visual sha256={} problem={}", sha256, std::string(answer.status().message()));
-    damaged_[sha256] = {answer.status(), std::chrono::steady_clock::now() + kTryAgain};
+  } else if ((absl::IsDataLoss(answer.status()) || fetch_) && failed_.size() < kMaxFailed) {
+    if (!absl::IsNotFound(answer.status())) {
+      spdlog::warn("visual sha256={} problem={}", sha256, std::string(answer.status().message()));
+    }
+    failed_[sha256] = {answer.status(), std::chrono::steady_clock::now() + kTryAgain};
   }
   const std::vector<Done> waiting = std::exchange(asked_[sha256], {});
   asked_.erase(sha256);

@@ -1,10 +1,10 @@
-// VisualFiles: the meshes that worlds are drawn with, files of a folder by their SHA-256.
+// VisualFiles: the meshes that worlds are drawn with, files by their SHA-256.
 //
-// Each is `<sha256>.glb`, as `tessera scene import` writes it. It is read when somebody first asks for it, on a thread
-// of this class, and given out only if its content has that hash. The newest that were asked for are kept in memory,
-// kKept_bytes of them.
+// Each is `<sha256>.glb` in a folder, as `tessera scene import` writes it, or else is fetched. It is read when somebody
+// first asks for it, on a thread of this class, and given out only if its content has that hash. The newest that were
+// asked for are kept in memory, kKept_bytes of them.
 //
-//   VisualFiles files("visuals", wake);
+//   VisualFiles files("visuals", wake, [&](const std::string& sha256) { return source.Get(sha256); });
 //   files.Ask(sha256, [](const VisualFiles::Answer& file) { if (file.ok()) Send(**file); });
 //   loop: files.Finish();   // answers
 //
@@ -25,20 +25,23 @@
 
 namespace tessera::gateway {
 
+// Gives a file with that hash, or why not; waits. Called from several threads.
+using VisualFetch = std::function<absl::StatusOr<std::string>(const std::string& sha256)>;
+
 class VisualFiles {
  public:
   using File = std::shared_ptr<const std::string>;
   // NOT_FOUND: there is no such file. DATA_LOSS: it has another hash. RESOURCE_EXHAUSTED: it is larger than
-  // kMaxVisualFile_bytes, or too many wait.
+  // kMaxVisualFile_bytes, or too many wait. Others are those of fetching.
   using Answer = absl::StatusOr<File>;
   using Done = std::function<void(const Answer&)>;
 
   static constexpr std::size_t kKept_bytes = std::size_t{256} << 20;
-  // A file that is damaged is not read again for so long, whoever asks.
+  // A file that is damaged, or could not be fetched, is not tried again for so long, whoever asks.
   static constexpr std::chrono::seconds kTryAgain{5};
 
-  // `folder` may be empty: then there is no file.
-  VisualFiles(std::string folder, std::function<void()> wake);
+  // Without a folder all are fetched; without `fetch` none is.
+  VisualFiles(std::string folder, std::function<void()> wake, VisualFetch fetch = nullptr);
 
   // `done` is called before this returns, or by Finish.
   void Ask(const std::string& sha256, Done done);
@@ -49,7 +52,7 @@ class VisualFiles {
     File file;
     std::uint64_t used = 0;
   };
-  struct Damaged {
+  struct Failed {
     absl::Status why;
     std::chrono::steady_clock::time_point until;
   };
@@ -57,12 +60,13 @@ class VisualFiles {
   void Keep(const std::string& sha256, const File& file);
 
   std::string folder_;
+  VisualFetch fetch_;
   std::map<std::string, Kept> kept_;
-  std::map<std::string, Damaged> damaged_;
+  std::map<std::string, Failed> failed_;
   std::map<std::string, std::vector<Done>> asked_;
   std::size_t kept_bytes_ = 0;
   std::uint64_t uses_ = 0;
-  Background background_;  // last: its thread ends first
+  Background background_;  // last: its threads end first
 };
 
 }  // namespace tessera::gateway

@@ -3,10 +3,12 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <fstream>
 #include <mutex>
 #include <optional>
+#include <thread>
 
 #include "core/world/sha256.h"
 #include "host/temporary_folder.h"
@@ -77,6 +79,48 @@ TEST_F(VisualFilesTest, WithoutAFolderThereIsNone) {
   std::string why;
   none.Ask(Sha256Hex("x"), [&](const VisualFiles::Answer& answer) { why = std::string(answer.status().message()); });
   EXPECT_EQ(why, "this gateway has no --visuals");
+}
+
+// The answer of files that are given this way, once it is there.
+VisualFiles::Answer Fetched(VisualFiles& files, const std::string& sha256) {
+  std::optional<VisualFiles::Answer> answer;
+  files.Ask(sha256, [&](const VisualFiles::Answer& given) { answer = given; });
+  while (!answer) {
+    std::this_thread::yield();
+    files.Finish();
+  }
+  return *answer;
+}
+
+TEST_F(VisualFilesTest, OneThatTheFolderLacksIsFetched) {
+  std::atomic<int> fetched{0};
+  VisualFiles files(
+      folder_.path(), [] {},
+      [&](const std::string& sha256) -> absl::StatusOr<std::string> {
+        ++fetched;
+        if (sha256 == Sha256Hex("elsewhere")) return "elsewhere";
+        return absl::NotFoundError("the control plane has none");
+      });
+  const std::string here = Put("here"), damaged = Sha256Hex("whole");
+  EXPECT_EQ(**Fetched(files, here), "here");
+  EXPECT_EQ(fetched, 0);
+  EXPECT_EQ(**Fetched(files, Sha256Hex("elsewhere")), "elsewhere");
+  EXPECT_EQ(**Fetched(files, Sha256Hex("elsewhere")), "elsewhere");
+  EXPECT_EQ(fetched, 1);
+  PutAs(damaged, "whol");
+  EXPECT_EQ(Fetched(files, damaged).status().code(), absl::StatusCode::kDataLoss) << "nobody has it";
+}
+
+TEST_F(VisualFilesTest, OneThatCouldNotBeFetchedIsNotAskedForAgainAtOnce) {
+  std::atomic<int> fetched{0};
+  VisualFiles files(
+      "", [] {},
+      [&](const std::string&) -> absl::StatusOr<std::string> {
+        ++fetched;
+        return absl::UnavailableError("it does not answer");
+      });
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(absl::IsUnavailable(Fetched(files, Sha256Hex("x")).status()));
+  EXPECT_EQ(fetched, 1);
 }
 
 TEST_F(VisualFilesTest, ManyWhoAskAtOnceAreAllAnswered) {

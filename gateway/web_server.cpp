@@ -44,7 +44,8 @@ struct WebServer::Impl {
       : options(options_in),
         metrics(metrics_in),
         viewers(metrics_in),
-        site(std::move(page), options_in.visuals, [this] { Wake(); }) {}
+        site(
+            std::move(page), options_in.visuals, [this] { Wake(); }, options_in.fetch_visual) {}
 
   static int OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
   static int OnViewer(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);

@@ -19,6 +19,7 @@
 #include "absl/status/statusor.h"
 #include "gateway/gateway.h"
 #include "gateway/gateway_metrics.h"
+#include "gateway/visual_files.h"
 #include "host/socket_address.h"
 
 namespace tessera::gateway {
@@ -26,7 +27,8 @@ namespace tessera::gateway {
 struct WebOptions {
   host::SocketAddress listen{"127.0.0.1", 7710};
   std::string page;                        // folder; empty: none is built
-  std::string visuals;                     // folder of <sha256>.glb; empty: there are none
+  std::string visuals;                     // folder of <sha256>.glb; empty: there is none
+  VisualFetch fetch_visual = nullptr;      // for those that are not in it; null: there are none
   std::vector<std::string> allow_origins;  // "https://play.example"
   std::size_t max_connections = 512;
 };

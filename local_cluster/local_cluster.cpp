@@ -139,7 +139,9 @@ void LocalCluster::StartGateway() {
                                    "--ready-file",
                                    ready,
                                    "--recordings-dir",
-                                   options_.state_dir + "/recordings"};
+                                   options_.state_dir + "/recordings",
+                                   "--visual-cache",
+                                   options_.state_dir + "/visual-cache"};
   const std::string key_file =
       trust::PageKeyFile(OrThrow(trust::ParseControlAddress(control_address_, host::PortRule::kFrom1)).socket_path);
   const bool with_key =

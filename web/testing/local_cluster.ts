@@ -5,7 +5,7 @@
 //   await cluster.stop();
 
 import { type ChildProcess, execFile, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
@@ -23,8 +23,7 @@ export class LocalCluster {
 
   static async start(bin: string): Promise<LocalCluster> {
     const cluster = new LocalCluster(bin);
-    mkdirSync(join(cluster.folder, 'visuals'));
-    const line = await cluster.firstLine('tessera', '-o', 'json', 'up', '--socket', join(cluster.folder, 'control.sock'), '--state-dir', cluster.folder, '--page-listen', '127.0.0.1:0', '--metrics-listen', '127.0.0.1:0', '--capacity', '8', '--visuals', join(cluster.folder, 'visuals'));
+    const line = await cluster.firstLine('tessera', '-o', 'json', 'up', '--socket', join(cluster.folder, 'control.sock'), '--state-dir', cluster.folder, '--page-listen', '127.0.0.1:0', '--metrics-listen', '127.0.0.1:0', '--capacity', '8');
     const { page, control } = JSON.parse(line) as { page: string; control: string };
     cluster.page = page;
     cluster.control = control;

@@ -156,7 +156,7 @@ test('a score and a match clock are on the page, and in its recording as they we
 });
 
 test('a level that was imported is drawn by its own meshes', async () => {
-  const scene = join(cluster.folder, 'harbour.json'); // its meshes lie in `visuals` beside it, the gateway's folder
+  const scene = join(cluster.folder, 'harbour.json'); // its meshes go to the gateway through the control plane
   await cluster.tessera('scene', 'import', '../tests/fuzz/seeds/gltf_fuzz/harbour.glb', scene);
   const made = await cluster.tessera('instance', 'create', '--scene', scene, '--regions', '2', '--wait');
   const id = /inst-[0-9]+/.exec(made)![0];

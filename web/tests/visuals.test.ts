@@ -7,7 +7,7 @@ import { GlbError, MOST_TRIANGLES, parseGlb } from '../src/protocol/glb.ts';
 import type { Shape, ShapeVisuals, StaticBody } from '../src/protocol/messages.ts';
 import { Level } from '../src/view/level.ts';
 import { LAYER_PIXELS, Pictures } from '../src/view/pictures.ts';
-import { type Meshes, Visuals } from '../src/view/visuals.ts';
+import { type Meshes, Visuals, askFor } from '../src/view/visuals.ts';
 import { makeGlb, makePng, pyramid } from '../testing/glb_file.ts';
 
 const UPRIGHT = [0, 0, 0, 1];
@@ -75,6 +75,21 @@ test('small indices, gaps between vertices and primitives without indices are re
   const [spread] = parse(bytes);
   assert.deepEqual([...spread![0]!.positions], [0, 0, 0, 1, 0, 0, 0, 0, 1]);
   assert.deepEqual([...spread![0]!.indices], [1, 2, 0]);
+});
+
+test('a file that the gateway cannot have for the moment is asked for again, and no other', async () => {
+  const waited: number[] = [];
+  const pause = (ms: number) => Promise.resolve(void waited.push(ms));
+  const answers = (...statuses: number[]) => (path: string) => {
+    assert.equal(path, '/visuals/a.glb');
+    return Promise.resolve(new Response('', { status: statuses.shift()! }));
+  };
+  assert.equal((await askFor('/visuals/a.glb', answers(503, 503, 200), pause)).status, 200);
+  assert.equal(waited.length, 2);
+  for (const final of [200, 404, 500]) assert.equal((await askFor('/visuals/a.glb', answers(final), pause)).status, final);
+  assert.equal(waited.length, 2);
+  assert.equal((await askFor('/visuals/a.glb', answers(...Array<number>(10).fill(503)), pause)).status, 503, 'it ends some time');
+  assert.equal(waited.length, 11);
 });
 
 test('a file that is damaged is refused in a line', () => {

@@ -10,6 +10,10 @@ import type { ShapeVisuals, VisualMesh } from '../protocol/messages.ts';
 import { LAYERLESS, Pictures } from './pictures.ts';
 
 const WAIT_MS = 60_000;
+// A gateway that cannot have a file for the moment says so, and remembers it for 5 s.
+const NOT_NOW = 503;
+const AGAIN_MS = 6_000;
+const TRIES = 10;
 
 export type Meshes = Primitive[][];
 
@@ -142,8 +146,25 @@ export class Visuals {
   }
 }
 
+// The gateway's answer, asked for again while it cannot have the file: its control plane is away, mostly for moments.
+export async function askFor(path: string, ask = askOnce, pause = wait): Promise<Response> {
+  for (let tried = 1; ; ++tried) {
+    const answer = await ask(path);
+    if (answer.status !== NOT_NOW || tried === TRIES) return answer;
+    await pause(AGAIN_MS);
+  }
+}
+
+function askOnce(path: string): Promise<Response> {
+  return fetch(path, { signal: AbortSignal.timeout(WAIT_MS) });
+}
+
+function wait(ms: number): Promise<void> {
+  return new Promise((done) => setTimeout(done, ms));
+}
+
 async function loadMeshes(sha256: string): Promise<Meshes> {
-  const answer = await fetch(`/visuals/${sha256}.glb`, { signal: AbortSignal.timeout(WAIT_MS) });
+  const answer = await askFor(`/visuals/${sha256}.glb`);
   if (!answer.ok) throw new GlbError((await answer.text()).trim() || `the gateway answers ${answer.status}`);
   if (Number(answer.headers.get('content-length') ?? 0) > MOST_BYTES) throw new GlbError(`it has more than ${MOST_BYTES} bytes`);
   const bytes = await answer.arrayBuffer();
