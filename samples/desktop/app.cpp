@@ -29,7 +29,7 @@ const char* NameOf(Screen screen) {
 
 }  // namespace
 
-App::App(const Options& options, Renderer& renderer) : renderer_(renderer), visuals_(options.visuals) {
+App::App(const Options& options, Renderer& renderer) : renderer_(renderer), visuals_(options.visuals, options.page) {
   menu_.address = options.control;
   menu_.player_name = options.name;
   if (!options.instance.empty()) Join(options.instance);
@@ -163,9 +163,8 @@ void App::Play(double now_s, float seconds, int width, int height) {
     client_->Steer(hands_.Steer(client_->Scene()));
   }
   // The scene is here once the regions have sent it.
-  if (!world_ && (screen_ == Screen::kWaiting || screen_ == Screen::kWorld)) {
-    world_.emplace(renderer_, visuals_, *client_);
-  }
+  const bool has_scene = screen_ == Screen::kWaiting || screen_ == Screen::kWorld;
+  if (has_scene && (visuals_.Advance() || !world_)) world_.emplace(renderer_, visuals_, *client_);
   if (world_) {
     renderer_.Draw(world_->Look(*client_, hands_, seconds), width, height);
   } else {
@@ -228,6 +227,7 @@ Shown App::shown() const {
   const tessera::InstanceInfo* listed = Listed(instance_);
   shown.listed = client_ && listed != nullptr && listed->players > 0;
   if (world_) shown.own_position = world_->own_position();
+  shown.meshes = world_ && !visuals_.coming();
   return shown;
 }
 

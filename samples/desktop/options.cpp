@@ -7,8 +7,8 @@
 namespace desktop {
 
 const char kUsage[] =
-    "Usage: tessera-desktop [--control ADDRESS] [--instance ID] [--name NAME] [--size WxH] [--plain] [--visuals "
-    "FOLDER]\n"
+    "Usage: tessera-desktop [--control ADDRESS] [--instance ID] [--name NAME] [--size WxH] [--plain] [--page "
+    "ADDRESS]\n"
     "\n"
     "Shows a world, and moves a player in it.\n"
     "\n"
@@ -17,7 +17,8 @@ const char kUsage[] =
     "  --name NAME           shown to others (default player)\n"
     "  --size WxH            of the window (default 1280x720)\n"
     "  --plain               no shadows and no smooth edges, for a machine without a graphics card\n"
-    "  --visuals FOLDER      with the meshes that tessera scene import wrote; without it shapes are drawn\n"
+    "  --page ADDRESS        of a gateway, http://HOST:PORT: the meshes of imported levels come from there\n"
+    "  --visuals FOLDER      with the meshes that tessera scene import wrote, which is looked at first\n"
     "  --frames N            ends after so many frames\n"
     "  --screenshot FILE     writes the last of them as a PNG file\n"
     "  --script FILE         does what the file says; samples/desktop/script.h has the steps\n"
@@ -39,7 +40,8 @@ Options ParseOptions(int argc, char** argv) {
       continue;
     }
     const bool known = name == "--control" || name == "--instance" || name == "--name" || name == "--size" ||
-                       name == "--frames" || name == "--screenshot" || name == "--script" || name == "--visuals";
+                       name == "--frames" || name == "--screenshot" || name == "--script" || name == "--visuals" ||
+                       name == "--page";
     if (!known) {
       options.error = "no option " + name;
     } else if (i + 1 == argc) {
@@ -52,6 +54,7 @@ Options ParseOptions(int argc, char** argv) {
       if (name == "--screenshot") options.screenshot = value;
       if (name == "--script") options.script = value;
       if (name == "--visuals") options.visuals = value;
+      if (name == "--page") options.page = value;
       char rest = 0;
       if (name == "--frames" &&
           (std::sscanf(value.c_str(), "%ld%c", &options.frames, &rest) != 1 || options.frames < 1)) {

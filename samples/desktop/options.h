@@ -10,7 +10,8 @@ struct Options {
   int width = 1280, height = 720;
   long frames = 0;  // ends after so many; 0: never
   std::string script, screenshot;
-  std::string visuals;  // folder of mesh files; empty: shapes are drawn
+  std::string visuals;  // folder of mesh files; empty: none
+  std::string page;     // address of a gateway that has them; empty: none
   bool plain = false;   // no shadows, no smooth edges
   bool help = false;
   std::string error;  // says what is wrong with the arguments

@@ -65,6 +65,7 @@ bool Script::Done(const Step& step, const Shown& shown) {
   if (step.verb != "wait") return true;
   if (step.what == "figures") return shown.figures;
   if (step.what == "listed") return shown.listed;
+  if (step.what == "meshes") return shown.meshes;
   if (step.what == "trouble") return !shown.trouble.empty();
   if (step.what != "moved") return shown.screen == step.what;
   if (!from_) from_ = shown.own_position;

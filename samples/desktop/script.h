@@ -2,6 +2,7 @@
 //
 //   wait world          until that screen is shown: menu, joining, waiting, world, ended, trouble (the menu says why)
 //   wait figures        until each region has sent its figures twice, so that a last second is known
+//   wait meshes         until no mesh is on its way from a gateway
 //   wait listed         until the list has the world that is being joined
 //   frames 30           shows so many frames
 //   press Return        a key, by SDL's name for it; hold W, release W
@@ -23,7 +24,7 @@ namespace desktop {
 // The state that a step can wait for.
 struct Shown {
   std::string screen, trouble;
-  bool figures = false, listed = false;
+  bool figures = false, listed = false, meshes = false;
   std::optional<std::array<double, 3>> own_position;
 };
 

@@ -267,14 +267,18 @@ bool LoadNoImage(tinygltf::Image*, const int, std::string*, std::string*, int, i
 }
 
 // Gives why not, empty if all is well.
-std::string ReadVisualFile(const std::string& path, const std::string& sha256, VisualFile& file) {
+std::string ReadBytes(const std::string& path, std::string& bytes) {
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   if (!in) return "cannot be opened";
   const std::streamoff size = in.tellg();
   if (size < 0 || static_cast<std::size_t>(size) > kMaxVisualFile_bytes) return "is larger than 64 MiB";
-  std::string bytes(static_cast<std::size_t>(size), '\0');
+  bytes.resize(static_cast<std::size_t>(size));
   in.seekg(0);
-  if (!in.read(bytes.data(), size)) return "cannot be read";
+  return in.read(bytes.data(), size) ? "" : "cannot be read";
+}
+
+// Likewise.
+std::string ParseVisualFile(const std::string& bytes, const std::string& sha256, VisualFile& file) {
   if (HashOf(bytes) != sha256) return "is damaged: it has another hash";
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(LoadNoImage, nullptr);
@@ -301,7 +305,8 @@ std::string ReadVisualFile(const std::string& path, const std::string& sha256, V
 
 }  // namespace
 
-Visuals::Visuals(std::string folder) : folder_(std::move(folder)) {}
+Visuals::Visuals(std::string folder, const std::string& page)
+    : folder_(std::move(folder)), downloads_(page, kMaxVisualFile_bytes) {}
 Visuals::~Visuals() = default;
 
 void Visuals::Complain(const std::string& text, const std::string& instead) {
@@ -311,14 +316,40 @@ void Visuals::Complain(const std::string& text, const std::string& instead) {
 VisualFile* Visuals::Open(const std::string& sha256) {
   const auto [found, is_new] = files_.try_emplace(sha256);
   if (!is_new) return found->second.get();
-  auto file = std::make_unique<VisualFile>();
-  const std::string path = folder_ + "/" + sha256 + ".glb", problem = ReadVisualFile(path, sha256, *file);
-  if (problem.empty()) {
-    found->second = std::move(file);
+  const std::string name = sha256 + ".glb", path = folder_ + "/" + name;
+  std::string bytes, problem = "is in no folder";
+  if (!folder_.empty()) problem = ReadBytes(path, bytes);
+  if (problem.empty() && (Read(path, sha256, bytes) || !downloads_.any())) return files_[sha256].get();
+  if (downloads_.any()) {
+    downloads_.Begin("/visuals/" + name);
   } else {
     Complain(path + " " + problem, kShapes);
   }
-  return found->second.get();
+  return nullptr;
+}
+
+bool Visuals::Read(const std::string& name, const std::string& sha256, const std::string& bytes) {
+  auto file = std::make_unique<VisualFile>();
+  const std::string problem = ParseVisualFile(bytes, sha256, *file);
+  if (problem.empty()) {
+    files_[sha256] = std::move(file);
+  } else {
+    Complain(name + " " + problem, kShapes);
+  }
+  return problem.empty();
+}
+
+bool Visuals::Advance() {
+  bool came = false;
+  for (const Download& download : downloads_.Take()) {
+    const std::string name = download.path.substr(download.path.rfind('/') + 1);
+    if (download.problem.empty()) {
+      came = Read(name, name.substr(0, name.rfind('.')), download.bytes) || came;
+    } else {
+      Complain(name + " " + download.problem, kShapes);
+    }
+  }
+  return came;
 }
 
 // A picture that cannot be drawn leaves the colours.
@@ -342,7 +373,7 @@ std::shared_ptr<const Paint> Visuals::PaintOf(VisualFile& file, const std::strin
 
 std::vector<Painted> Visuals::MeshesOf(const std::vector<tessera::VisualInfo>& visuals) {
   std::vector<Painted> meshes;
-  if (folder_.empty()) return meshes;
+  if (folder_.empty() && !downloads_.any()) return meshes;
   for (const tessera::VisualInfo& visual : visuals) {
     VisualFile* const file = Open(visual.sha256);
     if (file == nullptr) return {};

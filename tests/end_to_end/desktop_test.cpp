@@ -214,18 +214,25 @@ TEST_F(DesktopTest, DrawsTheMeshesOfAnImportedLevelInTheirColoursAndPicturesFrom
   std::ofstream(File("sides.glb"), std::ios::binary) << TwoSides();
   const auto imported = support::RunProgram("tessera", {"scene", "import", File("sides.glb"), File("sides.json")});
   ASSERT_EQ(imported.exit_code, 0) << imported.err;
-  Start({.scene = File("sides.json"), .regions = 1, .bodies = std::nullopt, .bots = 0});
+  Start({.scene = File("sides.json"), .regions = 1, .bodies = std::nullopt, .bots = 0, .page_listen = "127.0.0.1:0"});
   ASSERT_TRUE(PlayUntil("running", [&] { return run_->Latest().state() == v1::INSTANCE_STATE_RUNNING; }));
-  const auto played = Client({"--control", Control(), "--instance", run_->Latest().id(), "--visuals", File("visuals")},
-                             "wait world\npress Tab\nframes 20\nscreenshot " + File("sides.png") + "\nquit\n");
-  ASSERT_EQ(played.exit_code, 0) << played.err;
-  EXPECT_EQ(played.err, "");
-  // Seven tenths of the light of the sky and a low sun, of half of what a screen has.
-  const std::array<int, 3> face = Pixel("sides.png", 240, 150), back = Pixel("sides.png", 400, 150);
-  EXPECT_NEAR(face[0], 90, 12);
-  EXPECT_NEAR(face[1], 36, 12);
-  EXPECT_LT(face[2], 12);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(back[i], face[i], 8) << "channel " << i;
+  // Out of the folder, and by the gateway, which has them from the control plane.
+  const std::vector<std::string> folder{"--visuals", File("visuals")}, page{"--page", run_->cluster().page_url()};
+  for (const std::vector<std::string>& places : {folder, page}) {
+    SCOPED_TRACE(places[0]);
+    std::vector<std::string> arguments{"--control", Control(), "--instance", run_->Latest().id()};
+    arguments.insert(arguments.end(), places.begin(), places.end());
+    const auto played = Client(
+        arguments, "wait world\nwait meshes\npress Tab\nframes 20\nscreenshot " + File("sides.png") + "\nquit\n");
+    ASSERT_EQ(played.exit_code, 0) << played.err;
+    EXPECT_EQ(played.err, "");
+    // Seven tenths of the light of the sky and a low sun, of half of what a screen has.
+    const std::array<int, 3> face = Pixel("sides.png", 240, 150), back = Pixel("sides.png", 400, 150);
+    EXPECT_NEAR(face[0], 90, 12);
+    EXPECT_NEAR(face[1], 36, 12);
+    EXPECT_LT(face[2], 12);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(back[i], face[i], 8) << "channel " << i;
+  }
 }
 
 TEST_F(DesktopTest, ShowsWhoIsAwaited) {

@@ -101,7 +101,7 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"tessera --control unix:/var/lib/tessera",
      "needs an installed control plane; end_to_end_trust_test does it with one"},
     {"tessera up --players-https", "runs until it is stopped; programs_up_test does it"},
-    {"tessera up --visuals", "runs until it is stopped; programs_up_test does it"},
+    {"tessera-desktop --page", "opens a window; end_to_end_desktop_test runs tessera-desktop"},
     {"tessera-desktop --visuals", "opens a window; end_to_end_desktop_test runs tessera-desktop"},
     {"tessera client inst-7 --ticket", kTickets},
     {"tessera swarm inst-7 --players 20 --ticket", kTickets},
