@@ -14,7 +14,7 @@ int MillisecondsOf(Duration duration) {
   return static_cast<int>(std::chrono::milliseconds(duration).count());
 }
 
-// What is kept in memory until it is whole.
+// Whether the method keeps what it is sent in memory until it is whole.
 bool IsImport(std::string_view method) {
   return method == "InstanceService/ImportCheckpoint" || method == "VisualService/PutVisual";
 }

@@ -219,7 +219,7 @@ TEST_F(VisualServiceTest, AWorldIsRefusedUntilItsFileIsThereAndThenKeepsIt) {
   request.set_validate_only(true);
   EXPECT_TRUE(instances_->CreateInstance(&Context(), request, &created).ok()) << "it can still be sent";
   request.set_validate_only(false);
-  // What nothing needs goes at once here, so the file may have to be sent again.
+  // Here a file that nothing needs goes at once, so it may have to be sent again.
   const auto end = std::chrono::steady_clock::now() + kPatience;
   do {
     ASSERT_TRUE(Put(*visuals_, Whole(bytes)).ok());

@@ -1,6 +1,7 @@
 // VisualCache: a folder of files by their hash, `<sha256>.glb`, that holds so many bytes at most.
 //
-// What was not asked for longest goes first. A file whose content has another hash is removed and counts as missing.
+// The file that was not asked for longest goes first. One whose content has another hash is removed and counts as
+// missing.
 // Several gateways of a machine may share one folder: names say the content, and files appear whole.
 //
 //   VisualCache cache("/var/cache/tessera-gateway/visuals", 1'000'000'000);
@@ -29,7 +30,7 @@ class VisualCache {
   absl::Status Open() const;
   // NOT_FOUND: it is not here.
   absl::StatusOr<std::string> Get(const std::string& sha256) const;
-  // What cannot be kept is logged, and fetched again.
+  // A file that cannot be kept is logged, and fetched again.
   void Put(const std::string& sha256, std::string_view bytes) const;
 
  private:

@@ -27,7 +27,7 @@ std::vector<std::string> FindMissing(Connection& connection, const std::vector<s
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kAskPatience);
   const grpc::Status status = connection.visuals().FindMissingVisuals(&context, request, &response);
-  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) return {};  // of a release before there were some
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) return {};  // its release knows of none
   connection.Check(status, kWhat);
   return {response.sha256().begin(), response.sha256().end()};
 }

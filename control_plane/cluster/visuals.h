@@ -33,7 +33,7 @@ class Visuals {
   absl::Status Load();
 
   bool keeps_none() const { return quota_ == 0; }
-  // Of all that are there.
+  // The sum of all that are there.
   std::uint64_t bytes() const;
   // Bytes of the file, which is whole; 0: there is no such file.
   std::uint64_t SizeOf(const std::string& sha256) const;

@@ -28,7 +28,7 @@ class VisualsTest : public ::testing::Test {
     ASSERT_TRUE(visuals_->Begin(sha256, size).ok());
     ASSERT_TRUE(visuals_->Finish(sha256).ok());
   }
-  // What is removed now.
+  // Sweeps, and gives the files that are removed by it.
   std::set<std::string> Swept(std::chrono::milliseconds later) {
     rig_.Pass(later);
     rig_.state->effects().visuals.clear();

@@ -18,7 +18,7 @@ constexpr long kConnect_s = 10, kWhole_s = 90;
 constexpr long kOk = 200, kNotNow = 503;
 constexpr int kTries = 5;
 constexpr std::chrono::milliseconds kLookUp{50};  // how soon the end of the program is noticed
-constexpr std::size_t kMostWords = 200;           // of an error
+constexpr std::size_t kMostWords = 200;           // characters of an error that are shown
 
 struct Receiver {
   std::string bytes;
