@@ -3,7 +3,9 @@
 #include <grpc/grpc.h>
 
 #include <algorithm>
+#include <atomic>
 #include <thread>
+#include <vector>
 
 #include "control_plane/doors_fixture.h"
 #include "control_plane/stored_records.h"
@@ -176,6 +178,7 @@ TEST_F(VisualServiceTest, TwoWhoPutTheSameFileBothSucceed) {
   KeepAll();
   const std::string bytes = Bytes(3 << 20);
   std::vector<std::thread> callers;
+  callers.reserve(4);
   std::atomic<int> succeeded{0};
   for (int i = 0; i < 4; ++i) {
     callers.emplace_back([&] { succeeded += Put(*visuals_, Whole(bytes)).ok() ? 1 : 0; });

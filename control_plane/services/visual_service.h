@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/queries.h"
@@ -54,10 +53,8 @@ class VisualServiceImpl final : public v1::VisualService::Service, Answerer {
 
  private:
   // All pieces up to the size that the first message says; no more is read than that.
-  static absl::Status ReadAll(grpc::ServerReader<v1::PutVisualRequest>& reader, v1::PutVisualRequest& first,
+  static absl::Status ReadAll(grpc::ServerReader<v1::PutVisualRequest>& reader, v1::PutVisualRequest piece,
                               std::string& bytes) {
-    v1::PutVisualRequest piece = std::move(first);
-    first.set_sha256(piece.sha256());
     const std::uint64_t size = piece.size();
     do {
       if (piece.data().size() > kVisualPieceBytes) {
