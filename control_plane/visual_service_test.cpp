@@ -4,11 +4,20 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
+#include <span>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "control_plane/doors_fixture.h"
+#include "control_plane/etcd/etcd_election.h"
+#include "control_plane/etcd/etcd_store.h"
+#include "control_plane/memory_store.h"
+#include "control_plane/secrets.h"
 #include "control_plane/stored_records.h"
+#include "control_plane/testing/fake_etcd.h"
 #include "control_plane/testing/grpc_server_fixture.h"
 #include "core/world/limits.h"
 #include "core/world/sha256.h"
@@ -241,6 +250,81 @@ TEST_F(VisualServiceTest, AWorldIsRefusedUntilItsFileIsThereAndThenKeepsIt) {
   while (StoredKeys() > 0 && std::chrono::steady_clock::now() < end) std::this_thread::yield();
   EXPECT_EQ(StoredKeys(), 0u) << "its pieces are gone, too";
   EXPECT_EQ(Get(*visuals_, sha256, got).error_code(), StatusCode::NOT_FOUND);
+}
+
+// A store that fails when it is to take a piece, once.
+class FailingStore final : public Store {
+ public:
+  explicit FailingStore(std::string key) : key_(std::move(key)) {}
+  absl::StatusOr<StoreEntry> Get(std::string_view key) const override { return inner.Get(key); }
+  absl::StatusOr<std::vector<StoreEntry>> ListWithout(std::string_view prefix,
+                                                      std::string_view without) const override {
+    return inner.ListWithout(prefix, without);
+  }
+  absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) override {
+    if (ops.front().key == key_ && !std::exchange(failed_, true)) return absl::UnavailableError("store: no space left");
+    return inner.Txn(ops);
+  }
+  Revision revision() const override { return inner.revision(); }
+
+  MemoryStore inner;
+
+ private:
+  const std::string key_;
+  bool failed_ = false;
+};
+
+std::unique_ptr<ControlPlane> PlaneOn(Store& store) {
+  const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                std::chrono::system_clock::now().time_since_epoch()};
+  auto cluster = Cluster::Load(store, {}, SystemRandomBytes, now);
+  EXPECT_TRUE(cluster.ok()) << cluster.status();
+  return std::make_unique<ControlPlane>(store, *std::move(cluster));
+}
+
+std::string FileIn(ControlPlane& plane, const std::string& sha256) {
+  std::string bytes;
+  const auto size = plane.VisualSize(sha256);
+  while (size.ok() && bytes.size() < *size) bytes += plane.VisualPiece(sha256, bytes.size()).value();
+  return bytes;
+}
+
+TEST(VisualStoreTest, AStoreThatFailsAtOnePieceKeepsNothingAndTakesTheFileTheNextTime) {
+  const std::string bytes = Bytes((3 << 20) + 5), sha256 = Sha256Hex(bytes);
+  FailingStore store(VisualPieceKey(sha256, 2));
+  const auto plane = PlaneOn(store);
+  EXPECT_EQ(plane->PutVisual(sha256, bytes).code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(plane->VisualSize(sha256).status().code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(plane->PutVisual(sha256, bytes).ok());
+  EXPECT_TRUE(FileIn(*plane, sha256) == bytes);
+  EXPECT_EQ(store.List(kVisualKeys)->size(), 5u) << "a record and four pieces";
+}
+
+TEST(VisualStoreTest, AnotherLifeRemovesWhatOneBeforeItLeft) {
+  const std::string bytes = Bytes((3 << 20) + 5), sha256 = Sha256Hex(bytes);
+  FailingStore store(VisualPieceKey(sha256, 2));
+  auto plane = PlaneOn(store);
+  EXPECT_FALSE(plane->PutVisual(sha256, bytes).ok());
+  plane.reset();
+  plane = PlaneOn(store);
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (!store.List(kVisualKeys)->empty() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  EXPECT_TRUE(store.List(kVisualKeys)->empty());
+}
+
+TEST(VisualStoreTest, EtcdHasFilesOfMorePiecesThanItTakesAtOnce) {
+  FakeEtcd etcd;
+  const auto client = *EtcdClient::Make(etcd.address(), {});
+  EtcdElection election(*client, etcd.address().prefix, {.operators = "a:1", .players = ""});
+  const auto fence = election.Campaign([](const auto&) {}, [] { return false; });
+  ASSERT_TRUE(fence.ok()) << fence.status();
+  const auto store = *EtcdStore::Open(*client, etcd.address().prefix, *fence, nullptr);
+  auto plane = PlaneOn(*store);
+  const std::string bytes = Bytes((5 << 20) + 1), sha256 = Sha256Hex(bytes);
+  ASSERT_TRUE(plane->PutVisual(sha256, bytes).ok());
+  plane.reset();
+  plane = PlaneOn(*store);
+  EXPECT_TRUE(FileIn(*plane, sha256) == bytes);
 }
 
 class VisualDoorsTest : public DoorsTest {
