@@ -33,8 +33,9 @@ constexpr std::uint32_t kControlPlace = 1'000'000;
 class FragileStore final : public control::Store {
  public:
   absl::StatusOr<control::StoreEntry> Get(std::string_view key) const override { return kept_.Get(key); }
-  absl::StatusOr<std::vector<control::StoreEntry>> List(std::string_view prefix) const override {
-    return kept_.List(prefix);
+  absl::StatusOr<std::vector<control::StoreEntry>> ListWithout(std::string_view prefix,
+                                                               std::string_view without) const override {
+    return kept_.ListWithout(prefix, without);
   }
   absl::StatusOr<control::Revision> Txn(std::span<const control::StoreOp> ops) override {
     if (dead_) return absl::UnavailableError("dead");
