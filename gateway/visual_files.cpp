@@ -63,15 +63,22 @@ void VisualFiles::Ask(const std::string& sha256, Done done) {
 void VisualFiles::Take(const std::string& sha256, const Answer& answer) {
   if (answer.ok()) {
     Keep(sha256, *answer);
-  } else if ((absl::IsDataLoss(answer.status()) || fetch_) && failed_.size() < kMaxFailed) {
-    if (!absl::IsNotFound(answer.status())) {
-      spdlog::warn("visual sha256={} problem={}", sha256, std::string(answer.status().message()));
-    }
-    failed_[sha256] = {answer.status(), std::chrono::steady_clock::now() + kTryAgain};
+  } else if (absl::IsDataLoss(answer.status()) || fetch_) {
+    Remember(sha256, answer.status());
   }
   const std::vector<Done> waiting = std::exchange(asked_[sha256], {});
   asked_.erase(sha256);
   for (const Done& done : waiting) done(answer);
+}
+
+void VisualFiles::Remember(const std::string& sha256, const absl::Status& why) {
+  const auto now = std::chrono::steady_clock::now();
+  if (failed_.size() >= kMaxFailed) std::erase_if(failed_, [now](const auto& one) { return one.second.until <= now; });
+  if (failed_.size() >= kMaxFailed) return;
+  if (!absl::IsNotFound(why)) {
+    spdlog::warn("visual sha256={} problem={}", sha256, std::string(why.message()));
+  }
+  failed_[sha256] = {why, now + kTryAgain};
 }
 
 void VisualFiles::Keep(const std::string& sha256, const File& file) {

@@ -58,6 +58,7 @@ class VisualFiles {
   };
   void Take(const std::string& sha256, const Answer& answer);
   void Keep(const std::string& sha256, const File& file);
+  void Remember(const std::string& sha256, const absl::Status& why);
 
   std::string folder_;
   VisualFetch fetch_;
