@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "client_sdk/fake_instance.h"
+#include "client_sdk/testing/fake_instance.h"
 #include "core/world/scene.h"
 #include "net/join_grant.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client_sdk/client.h"
-#include "client_sdk/fake_instance.h"
+#include "client_sdk/testing/fake_instance.h"
 #include "client_sdk/world_view.h"
 
 namespace tessera::client {

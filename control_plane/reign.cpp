@@ -10,8 +10,8 @@
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/s3/s3_target.h"
 #include "control_plane/secrets.h"
-#include "host/control_socket.h"
 #include "host/files.h"
+#include "host/json_socket.h"
 #include "host/socket_address.h"
 #include "trust/certificate.h"
 

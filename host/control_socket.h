@@ -1,4 +1,4 @@
-// Names of the sockets at which a control plane of this machine is reached.
+// Name of the socket at which a control plane of this machine is reached.
 //
 // Thread rule: free functions; nobody may change the environment meanwhile.
 #pragma once
@@ -17,11 +17,5 @@ inline std::string DefaultControlSocket() {
                                                                      : "/tmp/tessera-" + std::to_string(geteuid());
   return folder + "/control.sock";
 }
-
-// Beside a control plane's socket, which speaks gRPC: the one of its players' door in JSON.
-inline std::string JsonSocket(const std::string& control_socket) { return control_socket + ".json"; }
-
-// The longest path of a Unix socket that the kernel takes.
-inline constexpr std::size_t kLongestSocketPath = 107;
 
 }  // namespace tessera::host

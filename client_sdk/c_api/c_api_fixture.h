@@ -8,9 +8,9 @@
 #include <functional>
 #include <vector>
 
-#include "client_sdk/fake_instance.h"
-#include "client_sdk/fake_instance_door.h"
 #include "client_sdk/include/tessera/connect.h"
+#include "client_sdk/testing/fake_instance.h"
+#include "client_sdk/testing/instance_door.h"
 
 namespace tessera::client {
 

@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "client_sdk/c_api/c_api_fixture.h"
-#include "client_sdk/fake_instance.h"
 #include "client_sdk/include/tessera/connect.hpp"
+#include "client_sdk/testing/fake_instance.h"
 
 namespace tessera::client {
 namespace {

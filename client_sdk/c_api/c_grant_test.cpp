@@ -6,12 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "client_sdk/fake_instance.h"
-#include "client_sdk/fake_instance_door.h"
 #include "client_sdk/include/tessera/connect.h"
 
 namespace tessera::client {
 namespace {
+#include "client_sdk/testing/fake_instance.h"
+#include "client_sdk/testing/fake_tls.h"
+#include "client_sdk/testing/instance_door.h"
+#include "trust/certificate.h"
 
 struct CGrantTest : testing::Test {
   void TearDown() override { tessera_close(client); }

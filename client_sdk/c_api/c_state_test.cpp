@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "client_sdk/c_api/c_api_fixture.h"
-#include "client_sdk/fake_instance.h"
 #include "client_sdk/include/tessera/connect.hpp"
+#include "client_sdk/testing/fake_instance.h"
 #include "core/replication/datagram.h"
 #include "core/replication/movement_news.h"
 #include "core/replication/region_figures.h"

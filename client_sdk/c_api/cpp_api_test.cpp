@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "client_sdk/c_api/c_api_fixture.h"
-#include "client_sdk/fake_instance.h"
-#include "client_sdk/fake_instance_door.h"
 #include "client_sdk/include/tessera/connect.hpp"
+#include "client_sdk/testing/fake_instance.h"
+#include "client_sdk/testing/instance_door.h"
 
 namespace tessera::client {
 namespace {

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "host/control_socket.h"
+#include "host/json_socket.h"
 
 namespace tessera::client {
 namespace {

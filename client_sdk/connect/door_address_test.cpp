@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "host/control_socket.h"
+#include "host/json_socket.h"
 #include "trust/control_address.h"
 
 namespace tessera::client {

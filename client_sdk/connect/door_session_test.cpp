@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "absl/strings/escaping.h"
-#include "client_sdk/connect/fake_door.h"
+#include "client_sdk/testing/fake_door.h"
 #include "core/world/viewer_number.h"
 #include "host/temporary_folder.h"
 

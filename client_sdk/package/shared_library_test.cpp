@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "client_sdk/fake_instance.h"
-#include "client_sdk/fake_instance_door.h"
 #include "client_sdk/include/tessera/connect.hpp"
+#include "client_sdk/testing/fake_instance.h"
+#include "client_sdk/testing/instance_door.h"
 
 namespace tessera::client {
 namespace {

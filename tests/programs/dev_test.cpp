@@ -112,5 +112,27 @@ TEST_F(DevTest, WideProseAndALongOverviewAreFound) {
   EXPECT_TRUE(good.Wait().Clean()) << good.Output();
 }
 
+// The check of `./dev lint`, too.
+TEST_F(DevTest, IncludesOfARoomAboveAreFound) {
+  for (const char* folder : {"net", "client_sdk/testing", "core/world"})
+    std::filesystem::create_directories(Path(folder));
+  std::ofstream(Path("net/a.h")) << "#include <map>\n#include \"core/world/ids.h\"\n#include \"net/b.h\"\n"
+                                 << "#include \"core/region/region.h\"\n#include \"net/testing/flood.h\"\n";
+  std::ofstream(Path("core/world/b.cpp")) << "#include \"core/physics/world.h\"\n#include \"absl/status/status.h\"\n";
+  std::ofstream(Path("client_sdk/c.cpp")) << "#include \"net/a.h\"\n#include \"control_plane/join_page.h\"\n";
+  std::ofstream(Path("client_sdk/c_test.cpp")) << "#include \"control_plane/join_page.h\"\n";
+  std::ofstream(Path("client_sdk/testing/d.h")) << "#include \"control_plane/join_page.h\"\n";
+  const std::string check = "cd '" + folder_.path() + "' && awk -f " TESSERA_SOURCE_DIR "/cmake/room_arrows.awk ";
+
+  host::WatchedProgram all({"/bin/sh", "-c", check + "net/a.h ./core/world/b.cpp client_sdk/c.cpp"});
+  EXPECT_EQ(all.Wait().code, 1);
+  EXPECT_EQ(all.Output(),
+            "net/a.h:4: net may not include core/region/region.h\nnet/a.h:5: net may not include net/testing/flood.h\n"
+            "./core/world/b.cpp:1: core/world may not include core/physics/world.h\n"
+            "client_sdk/c.cpp:2: client_sdk may not include control_plane/join_page.h\n");
+  host::WatchedProgram tests({"/bin/sh", "-c", check + "client_sdk/c_test.cpp client_sdk/testing/d.h"});
+  EXPECT_TRUE(tests.Wait().Clean()) << tests.Output();
+}
+
 }  // namespace
 }  // namespace tessera::programs

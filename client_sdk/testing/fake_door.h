@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <signal.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -92,6 +93,11 @@ class FakeDoor {
     thread_ = std::thread([this] { Serve(); });
   }
   void Serve() {
+    // Who is left in the middle of a handshake still has something to write.
+    sigset_t broken_pipe;
+    sigemptyset(&broken_pipe);
+    sigaddset(&broken_pipe, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
     for (;;) {
       pollfd waited[2] = {{.fd = listening_, .events = POLLIN, .revents = 0},
                           {.fd = end_, .events = POLLIN, .revents = 0}};
