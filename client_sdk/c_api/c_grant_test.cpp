@@ -1,5 +1,8 @@
 // The C interface: joining by a grant.
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <functional>
@@ -7,13 +10,13 @@
 #include <vector>
 
 #include "client_sdk/include/tessera/connect.h"
-
-namespace tessera::client {
-namespace {
 #include "client_sdk/testing/fake_instance.h"
 #include "client_sdk/testing/fake_tls.h"
 #include "client_sdk/testing/instance_door.h"
 #include "trust/certificate.h"
+
+namespace tessera::client {
+namespace {
 
 struct CGrantTest : testing::Test {
   void TearDown() override { tessera_close(client); }
@@ -133,6 +136,76 @@ TEST_F(CGrantTest, TheControlPlaneGivesAGrantThatJoins) {
   EXPECT_EQ(tessera_get_grant(&options, grant.data(), grant.size(), &size), TESSERA_NOT_FOUND);
   EXPECT_EQ(size, 0u);
   EXPECT_EQ(tessera_get_grant(&options, grant.data(), grant.size(), nullptr), TESSERA_INVALID_ARGUMENT);
+}
+
+// Control planes of one cluster, as connect.h takes them.
+struct CControlListTest : CGrantTest {
+  // HOST:PORT#FINGERPRINT of a port where nobody listens.
+  std::string Nobody() {
+    const int held = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof at;
+    EXPECT_EQ(bind(held, reinterpret_cast<const sockaddr*>(&at), size), 0);
+    EXPECT_EQ(getsockname(held, reinterpret_cast<sockaddr*>(&at), &size), 0);
+    ports.push_back(held);
+    return "127.0.0.1:" + std::to_string(ntohs(at.sin_port)) + "#" + fingerprint;
+  }
+  void TearDown() override {
+    CGrantTest::TearDown();
+    for (const int port : ports) close(port);
+  }
+  tessera_code Join(const std::string& addresses) {
+    tessera_join_options options = TESSERA_JOIN_OPTIONS;
+    options.control_address = addresses.c_str();
+    options.instance_id = FakeInstance::kId;
+    return tessera_join(&options, &client);
+  }
+
+  trust::KeyedCertificate authority = *trust::MakeAuthority();
+  std::string fingerprint = trust::ReadCertificate(authority.certificate)->fingerprint;
+  InstanceDoor leader{instance, TlsWith(*trust::IssueServer(authority, "01"), authority.certificate)};
+  std::vector<int> ports;  // taken, so that nobody else is there
+};
+
+TEST_F(CControlListTest, JoinsByTheOneThatLeadsAndLeavesThere) {
+  ASSERT_EQ(Join(Nobody() + "," + leader.address() + "#" + fingerprint), TESSERA_OK) << tessera_last_error();
+  ASSERT_EQ(PollUntil([&] { return tessera_get_state(client) == TESSERA_WAITING; }), TESSERA_OK);
+  EXPECT_EQ(tessera_leave(client, 10'000), TESSERA_OK) << tessera_last_error();
+  EXPECT_EQ(instance.left, 1);
+}
+
+TEST_F(CControlListTest, ListsTheWorldsOfTheOneThatLeads) {
+  instance.list.instances.emplace_back().set_id("plaza-1");
+  tessera_instance_info info = TESSERA_INSTANCE_INFO;
+  std::size_t count = 0;
+  const std::string addresses = Nobody() + "," + leader.address() + "#" + fingerprint;
+  ASSERT_EQ(tessera_list_instances(addresses.c_str(), 10'000, &info, sizeof info, 1, &count), TESSERA_OK)
+      << tessera_last_error();
+  EXPECT_EQ(count, 1U);
+  EXPECT_STREQ(info.id, "plaza-1");
+}
+
+TEST_F(CControlListTest, SaysOfEachWhyItDoesNotServe) {
+  const std::string one = Nobody(), two = Nobody();
+  const auto plain = [](const std::string& address) { return address.substr(0, address.find('#')); };
+  EXPECT_EQ(Join(one + "," + two), TESSERA_UNAVAILABLE);
+  EXPECT_EQ(client, nullptr);
+  const std::string error = tessera_last_error();
+  EXPECT_EQ(error.rfind("no control plane of " + plain(one) + ", " + plain(two) + " serves: " + plain(one) + ": ", 0),
+            0U)
+      << error;
+  EXPECT_NE(error.find("; " + plain(two) + ": "), std::string::npos) << error;
+}
+
+TEST_F(CControlListTest, RefusesAListWithoutAnAddress) {
+  for (const char* none : {",", ",,", " "}) {
+    EXPECT_EQ(Join(none), TESSERA_INVALID_ARGUMENT) << none;
+    std::size_t count = 0;
+    EXPECT_EQ(tessera_list_instances(none, 1000, nullptr, 0, 0, &count), TESSERA_INVALID_ARGUMENT) << none;
+  }
+  EXPECT_STREQ(tessera_last_error(), "\" \" is not of the form HOST:PORT");
 }
 
 }  // namespace

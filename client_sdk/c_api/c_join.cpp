@@ -17,7 +17,7 @@ namespace {
 
 // Where a client that joined through a control plane leaves.
 struct Door {
-  client::DoorAddress address;
+  std::vector<client::DoorAddress> addresses;
   std::string instance_id;
 };
 
@@ -25,7 +25,7 @@ tessera_code LeaveThrough(void* user, const uint8_t* token, size_t size, uint32_
   const Door& door = *static_cast<const Door*>(user);
   try {
     return SetLastError(
-        client::LeaveByDoor(door.address, door.instance_id, {token, size}, std::chrono::milliseconds(deadline_ms)));
+        client::LeaveByDoor(door.addresses, door.instance_id, {token, size}, std::chrono::milliseconds(deadline_ms)));
   } catch (const std::exception& thrown) {
     return tessera_set_last_error(TESSERA_INTERNAL, thrown.what());
   }
@@ -39,16 +39,16 @@ struct Joined {
 };
 
 absl::StatusOr<Joined> JoinFor(const tessera_join_options& options) {
-  auto address = client::ParseDoorAddress(options.control_address == nullptr ? "" : options.control_address);
-  if (!address.ok()) return address.status();
-  auto grant = client::JoinByDoor(*address, {.instance_id = options.instance_id,
-                                             .player_name = options.player_name == nullptr ? "" : options.player_name,
-                                             .ticket = options.ticket == nullptr ? "" : options.ticket,
-                                             .returning = {options.returning, options.returning_size},
-                                             .watch = (options.flags & TESSERA_JOIN_WATCH) != 0,
-                                             .deadline = std::chrono::milliseconds(options.deadline_ms)});
+  auto addresses = client::ParseDoorAddresses(options.control_address == nullptr ? "" : options.control_address);
+  if (!addresses.ok()) return addresses.status();
+  auto grant = client::JoinByDoor(*addresses, {.instance_id = options.instance_id,
+                                               .player_name = options.player_name == nullptr ? "" : options.player_name,
+                                               .ticket = options.ticket == nullptr ? "" : options.ticket,
+                                               .returning = {options.returning, options.returning_size},
+                                               .watch = (options.flags & TESSERA_JOIN_WATCH) != 0,
+                                               .deadline = std::chrono::milliseconds(options.deadline_ms)});
   if (!grant.ok()) return grant.status();
-  return Joined{*std::move(grant), std::make_unique<Door>(Door{*std::move(address), options.instance_id})};
+  return Joined{*std::move(grant), std::make_unique<Door>(Door{*std::move(addresses), options.instance_id})};
 }
 
 tessera_code JoinThrough(const tessera_join_options& options, tessera_client** out) {

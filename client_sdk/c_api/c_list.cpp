@@ -14,6 +14,7 @@ namespace {
 static_assert(TESSERA_MAX_LISTED_INSTANCES == client::kMostDoorInstances);
 static_assert(TESSERA_MAX_LISTED_PLAYERS == client::kMostDoorNames);
 static_assert(TESSERA_MAX_LISTED_NAME == client::kMostDoorText);
+static_assert(TESSERA_MAX_CONTROL_ADDRESSES == client::kMostDoorAddresses);
 
 template <std::size_t kRoom>
 void CopyText(const std::string& from, char (&to)[kRoom]) {
@@ -46,9 +47,9 @@ tessera_code tessera_list_instances(const char* control_address, uint32_t deadli
   constexpr std::size_t kLeast = offsetof(tessera_instance_info, scene);
   if (capacity > 0 && !IsAtLeast(stride, kLeast, "stride")) return TESSERA_INVALID_ARGUMENT;
   try {
-    const auto address = client::ParseDoorAddress(control_address == nullptr ? "" : control_address);
-    if (!address.ok()) return SetLastError(address.status());
-    const auto listed = client::ListByDoor(*address, std::chrono::milliseconds(deadline_ms));
+    const auto addresses = client::ParseDoorAddresses(control_address == nullptr ? "" : control_address);
+    if (!addresses.ok()) return SetLastError(addresses.status());
+    const auto listed = client::ListByDoor(*addresses, std::chrono::milliseconds(deadline_ms));
     if (!listed.ok()) return SetLastError(listed.status());
     for (std::size_t i = 0; i < std::min(capacity, listed->size()); ++i) {
       tessera_instance_info info = InfoFrom((*listed)[i]);

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
-#include "host/control_socket.h"
+#include "client_sdk/connect/own_door.h"
 #include "host/json_socket.h"
 
 namespace tessera::client {
@@ -44,13 +45,14 @@ absl::Status SetTcp(absl::string_view text, DoorAddress& address) {
   return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is not of the form HOST:PORT"));
 }
 
-}  // namespace
+bool IsSocket(absl::string_view text) { return text.substr(0, kUnixPrefix.size()) == kUnixPrefix; }
 
-absl::StatusOr<DoorAddress> ParseDoorAddress(const std::string& given) {
+// One that was stated.
+absl::StatusOr<DoorAddress> ParseStated(std::string stated) {
   DoorAddress address;
-  address.text = given.empty() ? absl::StrCat(kUnixPrefix, host::DefaultControlSocket()) : given;
+  address.text = std::move(stated);
   const absl::string_view text = address.text;
-  if (text.substr(0, kUnixPrefix.size()) == kUnixPrefix) {
+  if (IsSocket(text)) {
     const std::string path(text.substr(kUnixPrefix.size()));
     if (path.empty() || path.front() != '/') {
       return absl::InvalidArgumentError(absl::StrCat("\"", text, "\": the path of a socket begins with /"));
@@ -71,6 +73,57 @@ absl::StatusOr<DoorAddress> ParseDoorAddress(const std::string& given) {
         absl::StrCat("\"", text, "\": after # comes a fingerprint of 64 hexadecimal digits in lower case"));
   }
   return address;
+}
+
+// A path may hold commas.
+std::vector<std::string> PartsOf(absl::string_view text) {
+  if (IsSocket(text)) return {std::string(text)};
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    parts.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+}  // namespace
+
+absl::StatusOr<DoorAddress> ParseDoorAddress(const std::string& text) {
+  if (!text.empty()) return ParseStated(text);
+  const std::string own = OwnControlSocket();
+  if (own.empty()) return absl::InvalidArgumentError("control_address: names no control plane: HOST:PORT#FINGERPRINT");
+  return ParseStated(absl::StrCat(kUnixPrefix, own));
+}
+
+absl::StatusOr<std::vector<DoorAddress>> ParseDoorAddresses(const std::string& text) {
+  std::vector<DoorAddress> addresses;
+  if (text.empty()) {
+    auto own = ParseDoorAddress(text);
+    if (!own.ok()) return own.status();
+    addresses.push_back(*std::move(own));
+    return addresses;
+  }
+  const std::vector<std::string> parts = PartsOf(text);
+  if (parts.size() > kMostDoorAddresses) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("names ", parts.size(), " control planes, at most ", kMostDoorAddresses, " are taken"));
+  }
+  std::string fingerprint;
+  for (const std::string& part : parts) {
+    auto address = ParseStated(part);
+    if (!address.ok()) return address.status();
+    if (address->is_socket() && parts.size() > 1) {
+      return absl::InvalidArgumentError(absl::StrCat("\"", part, "\": a socket stands alone, in no list"));
+    }
+    if (fingerprint.empty()) fingerprint = address->fingerprint;
+    if (!address->fingerprint.empty() && address->fingerprint != fingerprint) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "\"", text, "\": control planes of one cluster have one authority; name the same fingerprint for each"));
+    }
+    addresses.push_back(*std::move(address));
+  }
+  return addresses;
 }
 
 }  // namespace tessera::client

@@ -4,11 +4,14 @@
 //   play.example:7704#3fa8...        TLS; the cluster's authority has this fingerprint (SHA-256, 64 hex digits)
 //   play.example:7704                TLS; the certificate is play.example's, of an authority that this system knows
 //
+// A cluster with several control planes, of which one leads, is reached at a list of addresses, parted by commas.
+//
 // Thread rule: a value.
 #pragma once
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -24,7 +27,13 @@ struct DoorAddress {
   bool is_socket() const { return !socket.empty(); }
 };
 
-// Empty: the socket of this user's `tessera up`. INVALID_ARGUMENT: "\"nowhere\" is not of the form HOST:PORT".
+// Empty: the socket of this user's `tessera up`, where this system has them. INVALID_ARGUMENT: "\"nowhere\" is not of
+// the form HOST:PORT".
 absl::StatusOr<DoorAddress> ParseDoorAddress(const std::string& text);
+// One or several, at most kMostDoorAddresses. A socket stands alone, and several name one authority.
+absl::StatusOr<std::vector<DoorAddress>> ParseDoorAddresses(const std::string& text);
+
+// More control planes than anybody runs for one cluster; as many as other programs take (trust/control_address.h).
+inline constexpr std::size_t kMostDoorAddresses = 16;
 
 }  // namespace tessera::client

@@ -48,5 +48,38 @@ TEST(DoorAddressTest, WhatIsNoneIsRefusedWithItsText) {
             std::string::npos);
 }
 
+std::string ListFault(const std::string& text) { return std::string(ParseDoorAddresses(text).status().message()); }
+
+TEST(DoorAddressTest, SeveralArePartedByCommas) {
+  const std::string fingerprint = "#" + std::string(64, 'a');
+  const auto two = ParseDoorAddresses("one.example:7704" + fingerprint + ",[::1]:7704" + fingerprint);
+  ASSERT_TRUE(two.ok()) << two.status();
+  ASSERT_EQ(two->size(), 2U);
+  EXPECT_EQ((*two)[0].host, "one.example");
+  EXPECT_EQ((*two)[1].host, "::1");
+  EXPECT_EQ((*two)[1].fingerprint, std::string(64, 'a'));
+  EXPECT_EQ(ParseDoorAddresses("host:80")->size(), 1U);
+  EXPECT_EQ(ParseDoorAddresses("")->front().socket, host::JsonSocket(trust::DefaultControlSocket()));
+  // A path may hold commas.
+  EXPECT_EQ(ParseDoorAddresses("unix:/a,b:1")->front().socket, "/a,b:1.json");
+}
+
+TEST(DoorAddressTest, AListThatIsNoneIsRefusedWithItsText) {
+  for (const std::string empty : {",", "host:80,", ",host:80", "host:80,,host:81"}) {
+    EXPECT_EQ(ListFault(empty), "\"\" is not of the form HOST:PORT") << empty;
+  }
+  EXPECT_EQ(ListFault(" "), "\" \" is not of the form HOST:PORT");
+  EXPECT_EQ(ListFault("host:80, host:81"), "\" host:81\" is not of the form HOST:PORT");
+  EXPECT_EQ(ListFault("host:80,unix:/a"), "\"unix:/a\": a socket stands alone, in no list");
+  const std::string two = "a:1#" + std::string(64, 'a') + ",b:1#" + std::string(64, 'b');
+  EXPECT_EQ(ListFault(two),
+            "\"" + two + "\": control planes of one cluster have one authority; name the same fingerprint for each");
+  static_assert(kMostDoorAddresses == trust::kMaxControlAddresses);
+  std::string many = "host:1";
+  for (int i = 2; i <= 16; ++i) many += ",host:" + std::to_string(i);
+  EXPECT_EQ(ParseDoorAddresses(many)->size(), 16U);
+  EXPECT_EQ(ListFault(many + ",host:17"), "names 17 control planes, at most 16 are taken");
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -3,6 +3,7 @@
 #include <curl/curl.h>
 #include <sodium.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <vector>
@@ -27,7 +28,7 @@ using CurlHandle = std::unique_ptr<CURL, FreeCurl>;
 using ListHandle = std::unique_ptr<curl_slist, FreeCurl>;
 
 absl::Status DoorFault(absl::StatusCode code, const DoorAddress& address, absl::string_view why) {
-  return {code, absl::StrCat("control plane at ", address.text, ": ", why)};
+  return {code, absl::StrCat(AtDoor(address), why)};
 }
 
 absl::Status NotTheCluster(const DoorAddress& address) {
@@ -65,7 +66,9 @@ std::size_t Receive(const char* bytes, std::size_t size, std::size_t count, void
 // A transfer over TCP or the socket, and what it has to say of a failure.
 class Transfer {
  public:
-  Transfer(const DoorAddress& address, DoorClock::time_point until) : address_(address), until_(until) {
+  // It ends at `until`, and is connected by `reached_by`.
+  Transfer(const DoorAddress& address, DoorClock::time_point until, DoorClock::time_point reached_by)
+      : address_(address), until_(until), reached_by_(std::min(reached_by, until)) {
     static const CURLcode begun = curl_global_init(CURL_GLOBAL_DEFAULT);
     if (begun != CURLE_OK) return;
     curl_.reset(curl_easy_init());
@@ -91,11 +94,20 @@ class Transfer {
     if (curl_ && set_ == CURLE_OK) set_ = curl_easy_setopt(curl_.get(), option, value);
   }
 
+  // For what only some of the libraries of TLS have: without it there is nothing to set.
+  template <class Value>
+  void SetWherePossible(CURLoption option, Value value) {
+    if (!curl_ || set_ != CURLE_OK) return;
+    const CURLcode code = curl_easy_setopt(curl_.get(), option, value);
+    if (code != CURLE_NOT_BUILT_IN && code != CURLE_UNKNOWN_OPTION) set_ = code;
+  }
+
   absl::Status Perform() {
     if (!curl_) return DoorFault(absl::StatusCode::kInternal, address_, "libcurl cannot be used");
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until_ - DoorClock::now());
-    if (left.count() <= 0) return DoorFault(absl::StatusCode::kDeadlineExceeded, address_, "no answer");
-    Set(CURLOPT_TIMEOUT_MS, static_cast<long>(left.count()));
+    const DoorClock::time_point begun = DoorClock::now();
+    if (begun >= reached_by_) return Late(begun);
+    Set(CURLOPT_TIMEOUT_MS, MillisecondsFrom(begun, until_));
+    Set(CURLOPT_CONNECTTIMEOUT_MS, MillisecondsFrom(begun, reached_by_));
     if (set_ != CURLE_OK) return DoorFault(absl::StatusCode::kInternal, address_, curl_easy_strerror(set_));
     const CURLcode code = curl_easy_perform(curl_.get());
     if (code == CURLE_OK) return absl::OkStatus();
@@ -103,16 +115,30 @@ class Transfer {
       return DoorFault(absl::StatusCode::kInternal, address_,
                        absl::StrCat("the answer has more than ", kMaxDoorAnswerBytes, " bytes"));
     }
-    if (code == CURLE_OPERATION_TIMEDOUT) {
-      return DoorFault(absl::StatusCode::kDeadlineExceeded, address_, "no answer");
-    }
+    if (code == CURLE_OPERATION_TIMEDOUT) return Late(DoorClock::now());
     if (code == CURLE_PEER_FAILED_VERIFICATION) return NotTheCluster(address_);
     return DoorFault(absl::StatusCode::kUnavailable, address_, said_[0] != 0 ? said_.data() : curl_easy_strerror(code));
   }
 
+  // Whether any of the request may have gone out.
+  bool Sent() const {
+    long bytes = 0;
+    return curl_ && (curl_easy_getinfo(curl_.get(), CURLINFO_REQUEST_SIZE, &bytes) != CURLE_OK || bytes > 0);
+  }
+
  private:
+  static long MillisecondsFrom(DoorClock::time_point now, DoorClock::time_point to) {
+    return static_cast<long>(std::chrono::ceil<std::chrono::milliseconds>(to - now).count());
+  }
+  absl::Status Late(DoorClock::time_point now) const {
+    if (reached_by_ < until_ && now < until_ && !Sent()) {
+      return DoorFault(absl::StatusCode::kUnavailable, address_, "is not reached in its share of the time");
+    }
+    return DoorFault(absl::StatusCode::kDeadlineExceeded, address_, "no answer");
+  }
+
   const DoorAddress& address_;
-  const DoorClock::time_point until_;
+  const DoorClock::time_point until_, reached_by_;
   std::array<char, CURL_ERROR_SIZE> said_{};
   Received received_;
   CURLcode set_ = CURLE_OK;
@@ -160,8 +186,9 @@ bool HasFingerprint(absl::string_view pem, const std::string& fingerprint) {
 
 // The certificate of the authority, in PEM, from the server itself, which sends it with its own. It is trusted by its
 // fingerprint; that it stands behind the server is for the transfer that follows.
-absl::StatusOr<std::string> FetchDoorAuthority(const DoorAddress& address, DoorClock::time_point until) {
-  Transfer transfer(address, until);
+absl::StatusOr<std::string> FetchDoorAuthority(const DoorAddress& address, DoorClock::time_point until,
+                                               DoorClock::time_point reached_by) {
+  Transfer transfer(address, until, reached_by);
   const ListHandle to = PointAt(address, "/", transfer);
   transfer.Set(CURLOPT_CONNECT_ONLY, 1L);
   transfer.Set(CURLOPT_CERTINFO, 1L);
@@ -186,15 +213,18 @@ absl::StatusOr<std::string> FetchDoorAuthority(const DoorAddress& address, DoorC
 
 }  // namespace
 
+std::string AtDoor(const DoorAddress& address) { return absl::StrCat("control plane at ", address.text, ": "); }
+
 absl::StatusOr<DoorAnswer> AskDoor(const DoorAddress& address, const std::string& path, const std::string& body,
-                                   DoorClock::time_point until) {
+                                   DoorClock::time_point until, DoorReach* reach) {
+  const DoorClock::time_point reached_by = reach == nullptr ? until : reach->reached_by;
   std::string authority;
   if (!address.fingerprint.empty()) {
-    auto fetched = FetchDoorAuthority(address, until);
+    auto fetched = FetchDoorAuthority(address, until, reached_by);
     if (!fetched.ok()) return fetched.status();
     authority = *std::move(fetched);
   }
-  Transfer transfer(address, until);
+  Transfer transfer(address, until, reached_by);
   const ListHandle to = PointAt(address, path, transfer);
   ListHandle headers(curl_slist_append(nullptr, "Content-Type: application/json"));
   transfer.Set(CURLOPT_HTTPHEADER, headers.get());
@@ -202,12 +232,16 @@ absl::StatusOr<DoorAnswer> AskDoor(const DoorAddress& address, const std::string
   transfer.Set(CURLOPT_POSTFIELDS, body.c_str());
   transfer.Set(CURLOPT_SSL_VERIFYPEER, 1L);
   transfer.Set(CURLOPT_SSL_VERIFYHOST, 2L);
+  // For Windows' TLS, which else asks every authority for a list; a cluster's own has none to be asked for.
+  transfer.Set(CURLOPT_SSL_OPTIONS, long{authority.empty() ? CURLSSLOPT_REVOKE_BEST_EFFORT : CURLSSLOPT_NO_REVOKE});
   curl_blob root{authority.data(), authority.size(), CURL_BLOB_NOCOPY};
   if (!authority.empty()) {
     transfer.Set(CURLOPT_CAINFO_BLOB, &root);
-    transfer.Set(CURLOPT_CAPATH, static_cast<const char*>(nullptr));  // and no other authority
+    transfer.SetWherePossible(CURLOPT_CAPATH, static_cast<const char*>(nullptr));  // and no other authority
   }
-  if (absl::Status status = transfer.Perform(); !status.ok()) return status;
+  const absl::Status status = transfer.Perform();
+  if (reach != nullptr) reach->sent = transfer.Sent();
+  if (!status.ok()) return status;
   DoorAnswer answer;
   curl_easy_getinfo(transfer.get(), CURLINFO_RESPONSE_CODE, &answer.status);
   answer.body = std::move(transfer.received().body);

@@ -25,9 +25,19 @@ struct DoorAnswer {
   std::string body;  // whatever came, at most kMaxDoorAnswerBytes
 };
 
-// Errors begin with "control plane at ADDRESS: ": UNAVAILABLE: nobody answers there, or not by HTTP; UNAUTHENTICATED:
-// it is not of the authority that was named; DEADLINE_EXCEEDED; INTERNAL: the answer is too long.
+// A call to one door of several: it must be reached by `reached_by`, else the call ends with UNAVAILABLE while there is
+// time for the next. `sent` is set to whether the request may have come there: then it is not for another one.
+struct DoorReach {
+  std::chrono::steady_clock::time_point reached_by;
+  bool sent = false;
+};
+
+// Errors begin with AtDoor(address): UNAVAILABLE: nobody answers there, or not by HTTP; UNAUTHENTICATED: it is not of
+// the authority that was named; DEADLINE_EXCEEDED; INTERNAL: the answer is too long. `reach`: null for the only door.
 absl::StatusOr<DoorAnswer> AskDoor(const DoorAddress& address, const std::string& path, const std::string& body,
-                                   std::chrono::steady_clock::time_point until);
+                                   std::chrono::steady_clock::time_point until, DoorReach* reach = nullptr);
+
+// "control plane at ADDRESS: ".
+std::string AtDoor(const DoorAddress& address);
 
 }  // namespace tessera::client

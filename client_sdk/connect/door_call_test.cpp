@@ -127,6 +127,38 @@ TEST_F(DoorCallTest, ARedirectionIsNotFollowed) {
   EXPECT_EQ(answer->status, 302);
 }
 
+// It takes connections and says nothing, as what stands still does.
+TEST_F(DoorCallTest, ADoorThatIsNotReachedInItsShareLeavesTimeForTheNext) {
+  std::promise<void> over;
+  const FakeDoor silent(
+      [waited = over.get_future().share()](int) -> FakeDoor::Stream {
+        waited.wait();
+        return {};
+      },
+      fine);
+  for (const std::string& text : {silent.address() + "#" + fingerprint, silent.address()}) {
+    const auto begun = steady_clock::now();
+    DoorReach reach{.reached_by = begun + std::chrono::milliseconds(100)};
+    const auto answer = AskDoor(At(text), "/v1/join", "{}", begun + kCallPatience, &reach);
+    EXPECT_LT(steady_clock::now() - begun, kCallPatience);
+    EXPECT_EQ(answer.status().code(), absl::StatusCode::kUnavailable) << answer.status();
+    EXPECT_EQ(std::string(answer.status().message()),
+              "control plane at " + text + ": is not reached in its share of the time");
+    EXPECT_FALSE(reach.sent);
+  }
+  over.set_value();
+}
+
+TEST_F(DoorCallTest, ARequestThatMayHaveComeThereIsKnown) {
+  const auto door = SocketDoor([](const std::string&, const std::string&) { return std::string(); });
+  DoorReach reach{.reached_by = Soon()};
+  EXPECT_EQ(AskDoor(Socket(), "/v1/join", "{}", Soon(), &reach).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(reach.sent);
+  DoorReach nobody{.reached_by = Soon()};
+  EXPECT_FALSE(AskDoor(At("unix:" + folder.path() + "/none"), "/v1/join", "{}", Soon(), &nobody).ok());
+  EXPECT_FALSE(nobody.sent);
+}
+
 TEST_F(DoorCallTest, ASlowDoorIsLeftAtTheDeadline) {
   std::promise<void> over;
   const auto door = SocketDoor([&](const std::string&, const std::string&) {

@@ -16,6 +16,7 @@ namespace tessera::client {
 namespace {
 
 using DoorJson = nlohmann::json;
+using AskClock = std::chrono::steady_clock;
 
 constexpr long kHttpOk = 200, kHttpGatewayTimeout = 504;
 constexpr std::size_t kMostGrantBytes = std::size_t{1} << 20;  // TESSERA_MAX_GRANT
@@ -85,14 +86,47 @@ absl::StatusOr<DoorJson> ReadAnswer(const DoorAddress& address, const std::strin
   if (error.empty()) {  // not the door, but what stands before it, or something else altogether
     const absl::StatusCode code =
         answer->status == kHttpGatewayTimeout ? absl::StatusCode::kDeadlineExceeded : absl::StatusCode::kUnavailable;
-    return absl::Status(code,
-                        absl::StrCat("control plane at ", address.text, ": answers with HTTP status ", answer->status));
+    return absl::Status(code, absl::StrCat(AtDoor(address), "answers with HTTP status ", answer->status));
   }
   const absl::StatusCode code = CodeOf(TextField(json, "code"), answer->status);
   if (code == absl::StatusCode::kNotFound && TextField(json, "field") == "instance") {
     return absl::NotFoundError(absl::StrCat(subject, ": no such instance"));
   }
   return absl::Status(code, absl::StrCat(subject, ": ", error));
+}
+
+// A list's error names each address without its fingerprint, once.
+std::string ShortName(const DoorAddress& door) { return door.text.substr(0, door.text.find('#')); }
+
+std::string ReasonOf(const DoorAddress& door, const absl::Status& status) {
+  const std::string message(status.message()), at = AtDoor(door);
+  return absl::StrCat(ShortName(door), ": ",
+                      message.compare(0, at.size(), at) == 0 ? message.substr(at.size()) : message);
+}
+
+// What the one that leads answers to a request for `subject`; an empty one is the door itself.
+absl::StatusOr<DoorJson> AskLeader(const std::vector<DoorAddress>& doors, const std::string& subject,
+                                   const std::string& path, const std::string& body, AskClock::time_point until) {
+  std::string names, reasons;
+  absl::StatusCode code = absl::StatusCode::kInvalidArgument;
+  for (std::size_t i = 0; i < doors.size(); ++i) {
+    const DoorAddress& door = doors[i];
+    const AskClock::time_point begun = AskClock::now();
+    const AskClock::duration share = (until - begun) / static_cast<int>(doors.size() - i);
+    const bool last = i + 1 == doors.size();
+    DoorReach reach{.reached_by = last ? until : begun + std::min<AskClock::duration>(share, kReachPatience)};
+    auto asked = AskDoor(door, path, body, until, &reach);
+    const bool answered = asked.ok();
+    auto answer = ReadAnswer(door, subject.empty() ? "control plane at " + door.text : subject, asked);
+    if (answer.ok() || doors.size() == 1) return answer;
+    code = answer.status().code();
+    const bool late = code == absl::StatusCode::kDeadlineExceeded && !answered;
+    const bool serves = code != absl::StatusCode::kUnavailable && !late;
+    if (serves || (reach.sent && !answered)) return answer;
+    absl::StrAppend(&names, i == 0 ? "" : ", ", ShortName(door));
+    absl::StrAppend(&reasons, i == 0 ? "" : "; ", ReasonOf(door, answer.status()));
+  }
+  return absl::Status(code, absl::StrCat("no control plane of ", names, " serves: ", reasons));
 }
 
 absl::StatusOr<std::vector<std::uint8_t>> GrantIn(const DoorJson& json, bool watch) {
@@ -152,8 +186,8 @@ absl::StatusOr<DoorInstance> InstanceFrom(const DoorJson& json) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<std::uint8_t>> JoinByDoor(const DoorAddress& address, const DoorJoin& join) {
-  const auto until = std::chrono::steady_clock::now() + join.deadline;
+absl::StatusOr<std::vector<std::uint8_t>> JoinByDoor(const std::vector<DoorAddress>& doors, const DoorJoin& join) {
+  const auto until = AskClock::now() + join.deadline;
   if (!join.ticket.empty() && !join.player_name.empty()) {
     return absl::InvalidArgumentError("player_name: the ticket says the name; leave it empty");
   }
@@ -170,23 +204,22 @@ absl::StatusOr<std::vector<std::uint8_t>> JoinByDoor(const DoorAddress& address,
   if (join.watch) body["viewer"] = true;
   // Bytes that are no UTF-8 go out with signs in its place, and the door judges that.
   const std::string text = body.dump(-1, ' ', false, DoorJson::error_handler_t::replace);
-  const auto answer = ReadAnswer(address, "instance " + join.instance_id, AskDoor(address, "/v1/join", text, until));
+  const auto answer = AskLeader(doors, "instance " + join.instance_id, "/v1/join", text, until);
   if (!answer.ok()) return answer.status();
   return GrantIn(*answer, join.watch);
 }
 
-absl::Status LeaveByDoor(const DoorAddress& address, const std::string& instance_id,
+absl::Status LeaveByDoor(const std::vector<DoorAddress>& doors, const std::string& instance_id,
                          std::span<const std::uint8_t> token, std::chrono::milliseconds deadline) {
-  const auto until = std::chrono::steady_clock::now() + deadline;
+  const auto until = AskClock::now() + deadline;
   const DoorJson body{{"instance", instance_id}, {"returning", ToBase64(token)}};
   const std::string text = body.dump(-1, ' ', false, DoorJson::error_handler_t::replace);
-  return ReadAnswer(address, "instance " + instance_id, AskDoor(address, "/v1/leave", text, until)).status();
+  return AskLeader(doors, "instance " + instance_id, "/v1/leave", text, until).status();
 }
 
-absl::StatusOr<std::vector<DoorInstance>> ListByDoor(const DoorAddress& address, std::chrono::milliseconds deadline) {
-  const auto until = std::chrono::steady_clock::now() + deadline;
-  const auto answer =
-      ReadAnswer(address, "control plane at " + address.text, AskDoor(address, "/v1/instances", "{}", until));
+absl::StatusOr<std::vector<DoorInstance>> ListByDoor(const std::vector<DoorAddress>& doors,
+                                                     std::chrono::milliseconds deadline) {
+  const auto answer = AskLeader(doors, "", "/v1/instances", "{}", AskClock::now() + deadline);
   if (!answer.ok()) return answer.status();
   const auto found = answer->find("instances");
   if (found == answer->end() || !found->is_array()) return BadDoorAnswer("instances: is no list");

@@ -3,6 +3,11 @@
 //
 // Nothing that a door answers is taken unread: lengths and forms are checked, and an error names the field.
 //
+// Of several control planes one leads. They are asked in order, the next one where a door is not reached or says that
+// it cannot serve, all within one deadline; each but the last has a share of the time to be reached in, and none longer
+// than kReachPatience. A request that may have been carried out is not made again. When none serves, the error says why
+// of each, with the code of the last: "no control plane of one:7704, two:7704 serves: one:7704: ...; two:7704: ...".
+//
 // Thread rule: any thread; calls wait for the answer, up to their deadline.
 #pragma once
 
@@ -29,8 +34,8 @@ struct DoorJoin {
 
 // The join grant. INVALID_ARGUMENT names what a ticket excludes; NOT_FOUND: "instance inst-7: no such instance"; what
 // else the door says, with its code; INTERNAL "the control plane's answer: ..."; and AskDoor's errors.
-absl::StatusOr<std::vector<std::uint8_t>> JoinByDoor(const DoorAddress& address, const DoorJoin& join);
-absl::Status LeaveByDoor(const DoorAddress& address, const std::string& instance_id,
+absl::StatusOr<std::vector<std::uint8_t>> JoinByDoor(const std::vector<DoorAddress>& doors, const DoorJoin& join);
+absl::Status LeaveByDoor(const std::vector<DoorAddress>& doors, const std::string& instance_id,
                          std::span<const std::uint8_t> token, std::chrono::milliseconds deadline);
 
 struct DoorInstance {
@@ -42,6 +47,10 @@ struct DoorInstance {
 inline constexpr std::size_t kMostDoorInstances = 256, kMostDoorNames = 16, kMostDoorText = 63;
 
 // In the control plane's order, those that have ended too; at most kMostDoorInstances.
-absl::StatusOr<std::vector<DoorInstance>> ListByDoor(const DoorAddress& address, std::chrono::milliseconds deadline);
+absl::StatusOr<std::vector<DoorInstance>> ListByDoor(const std::vector<DoorAddress>& doors,
+                                                     std::chrono::milliseconds deadline);
+
+// Long enough for a connection by TLS over a bad network.
+inline constexpr std::chrono::milliseconds kReachPatience{2000};
 
 }  // namespace tessera::client

@@ -17,6 +17,7 @@ namespace tessera::client {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using Json = nlohmann::json;
@@ -31,15 +32,15 @@ struct DoorSessionTest : testing::Test {
           asked = Json::parse(text, nullptr, false);
           return FakeDoor::Http(status, answer);
         });
-    address = *ParseDoorAddress("unix:" + folder.path() + "/c");
+    doors.push_back(*ParseDoorAddress("unix:" + folder.path() + "/c"));
   }
   absl::StatusOr<std::vector<std::uint8_t>> Join(bool watch = false) {
-    return JoinByDoor(address, {.instance_id = "inst-7",
-                                .player_name = "ada",
-                                .ticket = {},
-                                .returning = {},
-                                .watch = watch,
-                                .deadline = kSessionPatience});
+    return JoinByDoor(doors, {.instance_id = "inst-7",
+                              .player_name = "ada",
+                              .ticket = {},
+                              .returning = {},
+                              .watch = watch,
+                              .deadline = kSessionPatience});
   }
   std::string JoinFault(int with, const std::string& text, bool watch = false) {
     status = with;
@@ -53,11 +54,11 @@ struct DoorSessionTest : testing::Test {
   }
   std::string ListFault(const std::string& text) {
     answer = text;
-    return std::string(ListByDoor(address, kSessionPatience).status().message());
+    return std::string(ListByDoor(doors, kSessionPatience).status().message());
   }
 
   host::TemporaryFolder folder;
-  DoorAddress address;
+  std::vector<DoorAddress> doors;
   int status = 200;
   std::string answer = R"({"grant": "AQID", "instance": "inst-7", "player": 3})", asked_path;
   Json asked;
@@ -75,21 +76,21 @@ TEST_F(DoorSessionTest, AGuestJoinsByName) {
 TEST_F(DoorSessionTest, ATicketOrAReturnTokenGoesAsItIs) {
   ASSERT_TRUE(
       JoinByDoor(
-          address,
+          doors,
           {.instance_id = "inst-7", .player_name = {}, .ticket = "AVZH", .returning = {}, .deadline = kSessionPatience})
           .ok());
   EXPECT_EQ(asked, Json({{"instance", "inst-7"}, {"ticket", "AVZH"}}));
   const std::vector<std::uint8_t> token(100, 0xfb);
   ASSERT_TRUE(
       JoinByDoor(
-          address,
+          doors,
           {.instance_id = "inst-7", .player_name = {}, .ticket = {}, .returning = token, .deadline = kSessionPatience})
           .ok());
   std::string bytes;
   ASSERT_TRUE(absl::Base64Unescape(asked.at("returning").get<std::string>(), &bytes));
   EXPECT_EQ(bytes, std::string(100, '\xfb'));
   answer = "{}";
-  ASSERT_TRUE(LeaveByDoor(address, "inst-7", token, kSessionPatience).ok());
+  ASSERT_TRUE(LeaveByDoor(doors, "inst-7", token, kSessionPatience).ok());
   EXPECT_EQ(asked_path, "/v1/leave");
   EXPECT_EQ(asked.at("instance"), "inst-7");
   ASSERT_TRUE(absl::Base64Unescape(asked.at("returning").get<std::string>(), &bytes));
@@ -98,7 +99,7 @@ TEST_F(DoorSessionTest, ATicketOrAReturnTokenGoesAsItIs) {
 
 TEST_F(DoorSessionTest, WhatATicketExcludesIsRefusedBeforeAnybodyIsAsked) {
   const std::vector<std::uint8_t> token(100), shorter(32);
-  const auto fault = [&](const DoorJoin& join) { return std::string(JoinByDoor(address, join).status().message()); };
+  const auto fault = [&](const DoorJoin& join) { return std::string(JoinByDoor(doors, join).status().message()); };
   EXPECT_EQ(fault({.instance_id = "a", .player_name = "ada", .ticket = "AVZH", .returning = {}}),
             "player_name: the ticket says the name; leave it empty");
   EXPECT_EQ(fault({.instance_id = "a", .player_name = {}, .ticket = "AVZH", .returning = token}),
@@ -175,7 +176,7 @@ TEST_F(DoorSessionTest, AListIsReadWithinItsBounds) {
                  {"expected_players", 4},
                  {"names", std::vector<std::string>(20, "ada")}};
   answer = Json{{"instances", std::vector<Json>(300, one)}}.dump();
-  const auto listed = ListByDoor(address, kSessionPatience);
+  const auto listed = ListByDoor(doors, kSessionPatience);
   ASSERT_TRUE(listed.ok()) << listed.status();
   EXPECT_EQ(asked_path, "/v1/instances");
   EXPECT_EQ(asked, Json::object());
@@ -208,6 +209,106 @@ TEST_F(DoorSessionTest, AListThatIsNoneNamesTheField) {
             "control plane at unix:" + folder.path() + "/c: not recovered");
 }
 
+// Several control planes: the last one is that of the other tests.
+struct DoorListTest : DoorSessionTest {
+  // One more, asked before those that are there.
+  FakeDoor& First(const std::string& name, FakeDoor::Answerer answerer) {
+    others.push_back(std::make_unique<FakeDoor>(folder.path() + "/" + name + ".json", std::move(answerer)));
+    doors.insert(doors.begin(), *ParseDoorAddress(Name(name)));
+    return *others.back();
+  }
+  void FirstIsNobody(const std::string& name) { doors.insert(doors.begin(), *ParseDoorAddress(Name(name))); }
+  // Takes connections and says nothing, as what stands still does, until the end of the test.
+  std::string FirstIsSilent() {
+    others.push_back(std::make_unique<FakeDoor>(
+        [waited = over.get_future().share()](int) -> FakeDoor::Stream {
+          waited.wait();
+          return {};
+        },
+        FakeDoor::Answerer()));
+    doors.insert(doors.begin(), *ParseDoorAddress(others.back()->address()));
+    return others.back()->address();
+  }
+  std::string Name(const std::string& name) const { return "unix:" + folder.path() + "/" + name; }
+  static FakeDoor::Answerer Always(int status, const std::string& answer) {
+    return [=](const std::string&, const std::string&) { return FakeDoor::Http(status, answer); };
+  }
+
+  std::promise<void> over;
+  std::vector<std::unique_ptr<FakeDoor>> others;
+};
+
+TEST_F(DoorListTest, TheNextIsAskedWhereNobodyIs) {
+  FirstIsNobody("a");
+  const auto grant = Join();
+  ASSERT_TRUE(grant.ok()) << grant.status();
+  EXPECT_THAT(*grant, ElementsAre(1, 2, 3));
+  answer = R"({"instances": []})";
+  EXPECT_TRUE(ListByDoor(doors, kSessionPatience).ok());
+  answer = "{}";
+  EXPECT_TRUE(LeaveByDoor(doors, "inst-7", std::vector<std::uint8_t>(100), kSessionPatience).ok());
+  EXPECT_EQ(door->requests(), 3);
+}
+
+TEST_F(DoorListTest, TheNextIsAskedWhereADoorCannotServe) {
+  const FakeDoor& follows = First("a", Always(503, R"({"code":"UNAVAILABLE","error":"not recovered"})"));
+  EXPECT_TRUE(Join().ok());
+  EXPECT_EQ(follows.requests(), 1);
+  // In front of it may stand something else.
+  const FakeDoor& before_it = First("b", Always(502, "<html>"));
+  EXPECT_TRUE(Join().ok());
+  EXPECT_EQ(before_it.requests(), 1);
+}
+
+TEST_F(DoorListTest, TheNextIsAskedWhereOneIsSilent) {
+  FirstIsSilent();
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_TRUE(Join().ok());
+  EXPECT_GE(std::chrono::steady_clock::now() - begun, kReachPatience);
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, kSessionPatience);
+  over.set_value();
+}
+
+TEST_F(DoorListTest, WhereNoneServesTheErrorSaysWhyOfEach) {
+  First("a", Always(503, R"({"code":"UNAVAILABLE","error":"not recovered"})"));
+  FirstIsNobody("b");
+  const std::string names = Name("b") + ", " + Name("a") + ", " + Name("c");
+  EXPECT_THAT(JoinFault(503, "<html>"), StartsWith("no control plane of " + names + " serves: " + Name("b") + ": "));
+  EXPECT_THAT(JoinFault(503, "<html>"), HasSubstr("; " + Name("a") + ": instance inst-7: not recovered; " + Name("c") +
+                                                  ": answers with HTTP status 503"));
+  EXPECT_EQ(CodeFor(503, "<html>"), absl::StatusCode::kUnavailable);
+}
+
+TEST_F(DoorListTest, WhoeverLeadsHasTheLastWord) {
+  const FakeDoor& leads = First("a", Always(404, R"({"code":"NOT_FOUND","error":"no","field":"instance"})"));
+  EXPECT_EQ(JoinFault(200, answer), "instance inst-7: no such instance");
+  const FakeDoor& full = First("b", Always(503, R"({"code":"RESOURCE_EXHAUSTED","error":"full: 64 players"})"));
+  EXPECT_EQ(CodeFor(200, answer), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(leads.requests(), 1);
+  EXPECT_EQ(full.requests(), 1);
+  EXPECT_EQ(door->requests(), 0);
+}
+
+TEST_F(DoorListTest, ARequestThatMayHaveBeenCarriedOutIsNotMadeAgain) {
+  First("a", [](const std::string&, const std::string&) { return std::string(); });
+  EXPECT_EQ(Join().status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(door->requests(), 0);
+}
+
+TEST_F(DoorListTest, OneDeadlineIsForAll) {
+  doors.clear();
+  const std::string silent = FirstIsSilent();
+  doors.push_back(doors.front());
+  const auto begun = std::chrono::steady_clock::now();
+  const auto listed = ListByDoor(doors, std::chrono::milliseconds(100));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(10));
+  over.set_value();
+  EXPECT_EQ(listed.status().code(), absl::StatusCode::kDeadlineExceeded) << listed.status();
+  const std::string error(listed.status().message());
+  EXPECT_THAT(error, StartsWith("no control plane of " + silent + ", " + silent + " serves: " + silent + ": "));
+  EXPECT_THAT(error, EndsWith("; " + silent + ": no answer"));
+}
+
 TEST_F(DoorSessionTest, EveryCallEndsByItsDeadline) {
   std::promise<void> over;
   door.reset();
@@ -220,12 +321,12 @@ TEST_F(DoorSessionTest, EveryCallEndsByItsDeadline) {
   constexpr std::chrono::milliseconds kShort{50};
   const auto begun = std::chrono::steady_clock::now();
   EXPECT_EQ(
-      JoinByDoor(address, {.instance_id = "a", .player_name = {}, .ticket = {}, .returning = {}, .deadline = kShort})
+      JoinByDoor(doors, {.instance_id = "a", .player_name = {}, .ticket = {}, .returning = {}, .deadline = kShort})
           .status()
           .code(),
       absl::StatusCode::kDeadlineExceeded);
-  EXPECT_EQ(LeaveByDoor(address, "a", {}, kShort).code(), absl::StatusCode::kDeadlineExceeded);
-  EXPECT_EQ(ListByDoor(address, kShort).status().code(), absl::StatusCode::kDeadlineExceeded);
+  EXPECT_EQ(LeaveByDoor(doors, "a", {}, kShort).code(), absl::StatusCode::kDeadlineExceeded);
+  EXPECT_EQ(ListByDoor(doors, kShort).status().code(), absl::StatusCode::kDeadlineExceeded);
   EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(10));
   over.set_value();
 }

@@ -633,6 +633,7 @@ namespace Tessera.Native {
     public const int TESSERA_MAX_LISTED_INSTANCES = 256;
     public const int TESSERA_MAX_LISTED_PLAYERS = 16;
     public const int TESSERA_MAX_LISTED_NAME = 63;
+    public const int TESSERA_MAX_CONTROL_ADDRESSES = 16;
 
     [DllImport("tessera-client", CallingConvention = CallingConvention.Cdecl)]
     public static extern uint tessera_version();

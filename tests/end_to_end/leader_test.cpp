@@ -13,7 +13,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <vector>
 
+#include "client_sdk/connect/door_session.h"
 #include "control_plane/testing/free_address.h"
 #include "control_plane/testing/real_etcd.h"
 #include "host/child_process.h"
@@ -33,7 +35,7 @@ constexpr std::size_t kMaxFileBytes = 4 << 20;
 
 // One of the control planes.
 struct Candidate {
-  std::string folder, address, log;
+  std::string folder, address, players, log;
   std::optional<host::ChildProcess> process;
 };
 
@@ -48,6 +50,7 @@ class LeaderTest : public ::testing::Test {
       all_[i].folder = fmt::format("{}/control-{}", folder_.path(), i + 1);
       all_[i].log = all_[i].folder + ".log";
       all_[i].address = control::FreeLoopbackAddress();
+      all_[i].players = control::FreeLoopbackAddress();
     }
     Start(all_[0]);
     ASSERT_TRUE(LogHas(all_[0], "elected token="));
@@ -66,8 +69,8 @@ class LeaderTest : public ::testing::Test {
   void Start(Candidate& one) {
     const std::string ready = one.folder + ".json";
     auto process = host::ChildProcess::Start(
-        {.argv = {support::BinaryPath("tessera-control"), "--listen", one.address, "--metrics-listen", "127.0.0.1:0",
-                  "--state-dir", one.folder, "--ready-file", ready, "--store",
+        {.argv = {support::BinaryPath("tessera-control"), "--listen", one.address, "--players-https", one.players,
+                  "--metrics-listen", "127.0.0.1:0", "--state-dir", one.folder, "--ready-file", ready, "--store",
                   "etcd://" + etcd_.endpoint() + "/leader-test", "--checkpoints", folder_.path() + "/checkpoints"},
          .log_path = one.log});
     ASSERT_TRUE(process.ok()) << process.status();
@@ -81,6 +84,10 @@ class LeaderTest : public ::testing::Test {
     ASSERT_EQ(made.exit_code, 0) << made.err;
     const support::RunResult authority = Tessera({"cluster", "authority"});
     const std::string fingerprint = authority.out.substr(0, 64);
+    const auto doors = client::ParseDoorAddresses(
+        fmt::format("{1}#{0},{2}#{0},{3}#{0}", fingerprint, all_[2].players, all_[1].players, all_[0].players));
+    ASSERT_TRUE(doors.ok()) << doors.status();
+    players_ = *doors;
     const support::RunResult token = Tessera({"-o", "json", "token", "create", "all", "--role", "administrator"});
     ASSERT_EQ(token.exit_code, 0) << token.err;
     const std::string file = folder_.path() + "/all.token";
@@ -134,6 +141,14 @@ class LeaderTest : public ::testing::Test {
     }
     return false;
   }
+  // The worlds, by the players' door of whichever leads, which opens a moment after it was elected.
+  std::vector<client::DoorInstance> WorldsForPlayers() const {
+    const auto until = std::chrono::steady_clock::now() + kPatience;
+    while (std::chrono::steady_clock::now() < until) {
+      if (auto listed = client::ListByDoor(players_, 5s); listed.ok()) return *std::move(listed);
+    }
+    return {};
+  }
   static nlohmann::json Describe() {
     const support::RunResult described = TesseraUntilDone({"-o", "json", "instance", "describe", "inst-1"});
     EXPECT_EQ(described.exit_code, 0) << described.err;
@@ -161,6 +176,7 @@ class LeaderTest : public ::testing::Test {
   const host::TemporaryFolder folder_;
   control::RealEtcd etcd_;
   std::array<Candidate, 3> all_;
+  std::vector<client::DoorAddress> players_;
   std::optional<host::ChildProcess> agent_;
 };
 
@@ -192,6 +208,9 @@ TEST_F(LeaderTest, AWorldRunsOnWhileLeadersDie) {
       if (all_[i].process && led) leader = i;
     }
     ASSERT_NE(leader, gone);
+    const std::vector<client::DoorInstance> worlds = WorldsForPlayers();
+    ASSERT_EQ(worlds.size(), 1U);
+    EXPECT_EQ(worlds.front().id, "inst-1");
   }
   EXPECT_THAT(Tessera({"host", "list"}).out,
               ::testing::AllOf(HasSubstr("alpha"), HasSubstr("beta-1"), HasSubstr("beta-2")));

@@ -39,21 +39,24 @@ typedef struct tessera_instance_info {
       { 0 }                                                        \
     }                                                              \
   }
-/* The control plane's instances, those that have ended too: writes up to `capacity` of them, `stride` bytes apart
- * (sizeof your tessera_instance_info), and gives in `count` how many there are, at most TESSERA_MAX_LISTED_INSTANCES.
- * Waits for the answer, up to the deadline; any thread may call it. */
+/* The control plane's instances, those that have ended too (`control_address`: as in tessera_join_options): writes up
+ * to `capacity` of them, `stride` bytes apart (sizeof your tessera_instance_info), and gives in `count` how many there
+ * are, at most TESSERA_MAX_LISTED_INSTANCES. Waits for the answer, up to the deadline; any thread may call it. */
 TESSERA_API tessera_code tessera_list_instances(const char* control_address, uint32_t deadline_ms,
                                                 tessera_instance_info* instances, size_t stride, size_t capacity,
                                                 size_t* count);
 
 /* --- Joining ------------------------------------------------------------------------------------------------------ */
 
+enum { TESSERA_MAX_CONTROL_ADDRESSES = 16 };
 typedef struct tessera_join_options {
   uint32_t size;
   uint32_t deadline_ms; /* until the control plane has answered, and then until all regions have */
   /* HOST:PORT#FINGERPRINT of a players' door in JSON (tessera-control --players-https), which is dialled by TLS: the
    * fingerprint is that of the cluster's authority. HOST:PORT: its certificate is of an authority that this system
-   * knows. Or unix:PATH, the socket of a control plane on this machine; NULL: that of this user's `tessera up`. */
+   * knows. Or unix:PATH, the socket of a control plane on this machine; NULL: that of this user's `tessera up`.
+   * A cluster with several control planes: up to TESSERA_MAX_CONTROL_ADDRESSES of HOST:PORT..., parted by commas. They
+   * are asked in order until one of them serves, within the one deadline. */
   const char* control_address;
   const char* instance_id;
   /* Shown to others: at most TESSERA_MAX_PLAYER_NAME bytes of UTF-8 without control characters; may be NULL. */
