@@ -49,6 +49,20 @@ TEST(CppApi, IsTheSameClient) {
   EXPECT_TRUE(client.ended());
 }
 
+TEST(CppApi, AGrantIsGotForATicketToo) {
+  FakeInstance instance(1);
+  const InstanceDoor door(instance);
+  std::vector<std::uint8_t> grant;
+  ::tessera::Options options{instance.address, FakeInstance::kId};
+  options.ticket = "forged";
+  EXPECT_EQ(::tessera::GetGrant(options, grant).code, TESSERA_UNAUTHENTICATED);
+  EXPECT_TRUE(grant.empty());
+  options.ticket = FakeInstance::kTicket;
+  EXPECT_EQ(::tessera::GetGrant(options, grant).text, "");
+  ::tessera::Client client;
+  EXPECT_FALSE(client.JoinByGrant(grant)) << tessera_last_error();
+}
+
 std::string WholeFile(const std::string& name) {
   std::ifstream file(std::string(TESSERA_SOURCE_DIR) + "/client_sdk/include/tessera/" + name);
   return {std::istreambuf_iterator<char>(file), {}};

@@ -28,24 +28,8 @@ inline Error ListInstances(const std::string& control_address, std::vector<Insta
   return Error::Of(code);
 }
 
-// The grant alone, for Client::JoinByGrant or Client::Renew. Waits for the control plane; any thread may call it.
-inline Error GetGrant(const Options& options, std::vector<std::uint8_t>& grant) {
-  tessera_join_options given = TESSERA_JOIN_OPTIONS;
-  given.deadline_ms = static_cast<std::uint32_t>(options.deadline.count());
-  given.control_address = options.control_address.c_str();
-  given.instance_id = options.instance_id.c_str();
-  given.player_name = options.player_name.c_str();
-  given.flags = options.watch ? std::uint32_t{TESSERA_JOIN_WATCH} : 0;
-  given.returning = options.returning.data();
-  given.returning_size = static_cast<std::uint32_t>(options.returning.size());
-  grant.resize(TESSERA_MAX_GRANT);
-  std::size_t size = 0;
-  const tessera_code code = tessera_get_grant(&given, grant.data(), grant.size(), &size);
-  grant.resize(code == TESSERA_OK ? size : 0);
-  return Error::Of(code);
-}
-
-inline Error Client::Join(const Options& options) {
+// The same options in C, which point into these.
+inline tessera_join_options JoinOptionsOf(const Options& options) {
   tessera_join_options given = TESSERA_JOIN_OPTIONS;
   given.deadline_ms = static_cast<std::uint32_t>(options.deadline.count());
   given.control_address = options.control_address.c_str();
@@ -58,6 +42,21 @@ inline Error Client::Join(const Options& options) {
   given.returning = options.returning.data();
   given.returning_size = static_cast<std::uint32_t>(options.returning.size());
   given.ticket = options.ticket.empty() ? nullptr : options.ticket.c_str();
+  return given;
+}
+
+// The grant alone, for Client::JoinByGrant or Client::Renew. Waits for the control plane; any thread may call it.
+inline Error GetGrant(const Options& options, std::vector<std::uint8_t>& grant) {
+  const tessera_join_options given = JoinOptionsOf(options);
+  grant.resize(TESSERA_MAX_GRANT);
+  std::size_t size = 0;
+  const tessera_code code = tessera_get_grant(&given, grant.data(), grant.size(), &size);
+  grant.resize(code == TESSERA_OK ? size : 0);
+  return Error::Of(code);
+}
+
+inline Error Client::Join(const Options& options) {
+  const tessera_join_options given = JoinOptionsOf(options);
   tessera_client* joined = nullptr;
   const Error error = Error::Of(tessera_join(&given, &joined));
   client_.reset(joined);
