@@ -12,6 +12,7 @@ mkdir -p "$folder/licences"
 name=$(readelf -d "$library" | sed -n 's/.*(SONAME).*\[\(.*\)\]/\1/p')
 strip --strip-unneeded -o "$folder/$name" "$library"
 cp "$license" "$folder/licences/tessera"
+cp /usr/share/doc/libsodium-dev/copyright "$folder/licences/libsodium"  # which is inside
 
 # Copies the libraries that stand beside it, by its own needs; those of every system stay where they are.
 copy_needed() {
