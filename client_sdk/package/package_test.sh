@@ -17,10 +17,15 @@ fail() { echo "package_test: $*" >&2; exit 1; }
 headers=$(cd "$work/prefix" && find ./include -name '*.h' -o -name '*.hpp' | sort | tr '\n' ' ')
 [[ $headers == "./include/tessera/connect.h ./include/tessera/connect.hpp ./include/tessera/local.h ./include/tessera/local.hpp ./include/tessera/movement.h ./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
 ! grep -nE '\bbt[A-Z]|protobuf|ENet|absl|grpc' "$work"/prefix/include/tessera/* || fail "a header names what is inside"
-# Nothing can be seen but the C interface.
 library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/libtessera-client.so | tr ' ' '\n' | grep -v '[*]' | head -n 1)
-foreign=$(nm -D --defined-only "$library" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
-[[ -z $foreign ]] || fail "symbols that should be hidden: $foreign"
+# Of each nothing can be seen but the C interface, and what it needs is looked for beside it.
+for name in client connect local; do
+  each=${library/tessera-client/tessera-$name}
+  foreign=$(nm -D --defined-only "$each" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
+  [[ -z $foreign ]] || fail "symbols of $each that should be hidden: $foreign"
+  nm -D --defined-only "$each" | grep ' T tessera_' >/dev/null || fail "$each has no interface"
+  readelf -d "$each" | grep -F "Library runpath: [\$ORIGIN]" >/dev/null || fail "$each does not look beside itself"
+done
 
 # The library may need the system's libraries that every program has, and those that stand beside it (docs/sdk.md).
 allowed=' libc.so.6 libm.so.6 libstdc++.so.6 libgcc_s.so.1 ld-linux-x86-64.so.2 libenet.so.7 libBulletCollision.so.3.24 libLinearMath.so.3.24 '
@@ -35,8 +40,6 @@ for needed in $(readelf -d "$connect" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p');
 done
 brought=$(ldd "$connect" | awk '{ print $1 }' | grep -E 'grpc|protobuf|absl' || true)
 [[ -z $brought ]] || fail "$connect brings $brought"
-foreign=$(nm -D --defined-only "$connect" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
-[[ -z $foreign ]] || fail "symbols of $connect that should be hidden: $foreign"
 
 # A backend finds the messages that it speaks, each with what it imports.
 protos=$work/prefix/share/tessera/proto examples=$work/prefix/share/tessera/examples
@@ -57,6 +60,21 @@ python3 "$work/prefix/share/tessera/csharp/make_csharp.py" "$work"/prefix/includ
 # The generator of this build: CMake's own choice may be a program that is not installed.
 "$cmake" -G "$generator" -S "$examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure"; }
 "$cmake" --build "$work/examples" >"$work/build.log" 2>&1 || { cat "$work/build.log"; fail "build"; }
+
+# Builds without CMake find each library by pkg-config, wherever the folder stands, and link it alone.
+mv "$work/prefix" "$work/moved"
+found() { PKG_CONFIG_PATH=$(dirname "${library/"$work/prefix"/"$work/moved"}")/pkgconfig pkg-config "$@"; }
+mkdir "$work/by_hand"
+for built in watcher.c=tessera-client drifter.cpp=tessera-client grant.c=tessera-connect; do
+  source=${built%=*} package=${built#*=}
+  [[ $(found --modversion "$package") == "$(found --modversion tessera-client)" ]] || fail "pkg-config knows no $package"
+  read -ra flags <<<"$(found --cflags --libs "$package")"
+  if [[ $source == *.c ]]; then compile=(cc -std=c99); else compile=(c++ -std=c++17); fi
+  "${compile[@]}" "${examples/"$work/prefix"/"$work/moved"}/$source" -o "$work/by_hand/${source%.*}" "${flags[@]}" || fail "pkg-config: $source"
+  readelf -d "$work/by_hand/${source%.*}" | grep "NEEDED.*lib$package" >/dev/null || fail "$source is not linked with $package"
+done
+found --exists tessera-local || fail "pkg-config knows no tessera-local"
+mv "$work/moved" "$work/prefix"
 
 # The plug-in for Godot: what can be seen of it is the function by which the engine begins, and it is loaded.
 "$cmake" -G "$generator" -S "$work/prefix/share/tessera/godot" -B "$work/godot" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure the plug-in"; }
