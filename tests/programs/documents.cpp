@@ -110,8 +110,10 @@ std::vector<Fenced> ReadFenced(const std::string& name) {
   std::vector<Fenced> blocks;
   bool inside = false;
   int number = 0;
+  std::string section;
   for (std::string line; std::getline(lines, line);) {
     ++number;
+    if (!inside && line.rfind("## ", 0) == 0) section = line.substr(3);
     if (line.rfind("```", 0) != 0) {
       if (inside) blocks.back().lines.push_back(line);
       continue;
@@ -120,6 +122,7 @@ std::vector<Fenced> ReadFenced(const std::string& name) {
     if (!inside) continue;
     Fenced& block = blocks.emplace_back();
     block.place = name + ":" + std::to_string(number);
+    block.section = section;
     std::istringstream(line.substr(3)) >> block.language >> block.file >> block.how;
   }
   return blocks;

@@ -26,6 +26,7 @@ inline constexpr const char* kTutorial = "docs/tutorial.md";
 // A fenced block of it.
 struct Fenced {
   std::string place;      // "docs/tutorial.md:12"
+  std::string section;    // "A first client": the title of the second order that it stands below
   std::string language;   // "sh", "text", "lua"
   std::string file, how;  // from the language's line: "lua orchard/game.lua +"; both may be empty
   std::vector<std::string> lines;
