@@ -35,7 +35,7 @@ FNR == 1 {
   named = $2
   gsub(/"/, "", named)
   other = room_of(named)
-  tested = named ~ /(^|\/)testing\// && other != "game_sdk"  # whose folder runs the tests of games
+  tested = named ~ /(^|\/)testing\// && other != "game_sdk"  # there it runs the tests of games
   if (!(other in below) || (other == own && !tested)) next
   if (!tested && index(below[own], " " other " ")) next
   printf "%s:%d: %s may not include %s\n", FILENAME, FNR, own, named

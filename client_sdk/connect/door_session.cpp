@@ -104,7 +104,7 @@ std::string ReasonOf(const DoorAddress& door, const absl::Status& status) {
                       message.compare(0, at.size(), at) == 0 ? message.substr(at.size()) : message);
 }
 
-// What the one that leads answers to a request for `subject`; an empty one is the door itself.
+// The answer of the one that leads to a request for `subject`; an empty one is the door itself.
 absl::StatusOr<DoorJson> AskLeader(const std::vector<DoorAddress>& doors, const std::string& subject,
                                    const std::string& path, const std::string& body, AskClock::time_point until) {
   std::string names, reasons;

@@ -3,7 +3,7 @@
 //
 // Nothing that a door answers is taken unread: lengths and forms are checked, and an error names the field.
 //
-// Of several control planes one leads. They are asked in order, the next one where a door is not reached or says that
+// One of several control planes leads. They are asked in order, the next one where a door is not reached or says that
 // it cannot serve, all within one deadline; each but the last has a share of the time to be reached in, and none longer
 // than kReachPatience. A request that may have been carried out is not made again. When none serves, the error says why
 // of each, with the code of the last: "no control plane of one:7704, two:7704 serves: one:7704: ...; two:7704: ...".

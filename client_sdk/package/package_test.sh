@@ -18,7 +18,7 @@ headers=$(cd "$work/prefix" && find ./include -name '*.h' -o -name '*.hpp' | sor
 [[ $headers == "./include/tessera/connect.h ./include/tessera/connect.hpp ./include/tessera/local.h ./include/tessera/local.hpp ./include/tessera/movement.h ./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
 ! grep -nE '\bbt[A-Z]|protobuf|ENet|absl|grpc' "$work"/prefix/include/tessera/* || fail "a header names what is inside"
 library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/libtessera-client.so | tr ' ' '\n' | grep -v '[*]' | head -n 1)
-# Of each nothing can be seen but the C interface, and what it needs is looked for beside it.
+# Nothing can be seen of each but the C interface, and what it needs is looked for beside it.
 for name in client connect local; do
   each=${library/tessera-client/tessera-$name}
   foreign=$(nm -D --defined-only "$each" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')

@@ -93,7 +93,7 @@ class FakeDoor {
     thread_ = std::thread([this] { Serve(); });
   }
   void Serve() {
-    // Who is left in the middle of a handshake still has something to write.
+    // A server that is left in the middle of a handshake still has something to write.
     sigset_t broken_pipe;
     sigemptyset(&broken_pipe);
     sigaddset(&broken_pipe, SIGPIPE);
