@@ -1,9 +1,12 @@
-# TESSERA_CLIENT_ONLY builds the client library that games ship and nothing else: it needs no gRPC, protobuf or Abseil,
-# so it can be built where those are not to be had, as for Windows (client_sdk/windows). Only `tessera_client_shared` is
-# a target to build; all others are declared because their sources are the library's, and their packages are missing.
+# TESSERA_CLIENT_ONLY builds the client library that games ship, and the one by which they join in development: neither
+# needs gRPC, protobuf or Abseil, so they can be built where those are not to be had, as for Windows
+# (client_sdk/windows). Only `tessera_client_shared` and `tessera_connect_shared` are targets to build, and `windows_tests`
+# with TESSERA_CLIENT_TESTS; all others are declared because their sources are these libraries', and their packages are
+# missing.
 set(BUILD_TESTING OFF)
+option(TESSERA_CLIENT_TESTS "Declare the library's unit tests that need nothing else, too" OFF)
 set(TESSERA_CLIENT_PREFIX "" CACHE PATH
-    "A folder with include and lib of ENet, libsodium and Bullet; empty: those of the system")
+    "A folder with include and lib of ENet, libsodium, Bullet and libcurl; empty: those of the system")
 
 find_package(Threads REQUIRED)
 # The folder plain_abseil stands for it (decision 0047).
@@ -25,9 +28,19 @@ else()
   pkg_check_modules(sodium REQUIRED IMPORTED_TARGET GLOBAL libsodium)
 endif()
 # Declarations name them, and nothing here builds with them.
-foreach(name PkgConfig::lua CURL::libcurl nlohmann_json::nlohmann_json)
+foreach(name PkgConfig::lua)
   add_library(${name} INTERFACE IMPORTED GLOBAL)
 endforeach()
+# For the way through a control plane, which is for development.
+foreach(name CURL::libcurl nlohmann_json::nlohmann_json)
+  add_library(${name} INTERFACE IMPORTED GLOBAL)
+  if(TESSERA_CLIENT_PREFIX)
+    target_include_directories(${name} INTERFACE ${TESSERA_CLIENT_PREFIX}/include)
+  endif()
+endforeach()
+if(TESSERA_CLIENT_PREFIX)
+  target_compile_definitions(CURL::libcurl INTERFACE CURL_STATICLIB)
+endif()
 
 foreach(folder game_sdk core net client_sdk)
   add_subdirectory(${folder} EXCLUDE_FROM_ALL)

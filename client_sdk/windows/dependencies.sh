@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Builds the three libraries that the client library for Windows has inside, ENet, libsodium and Bullet's collision
-# libraries, statically and for Windows, from the sources of the Debian packages that the Linux build uses.
+# Builds the libraries that the client library for Windows has inside, ENet, libsodium and Bullet's collision libraries,
+# and libcurl for the one by which games join in development, statically and for Windows, from the sources of the Debian
+# packages that the Linux build uses.
 #
 #   dependencies.sh FOLDER [NAME=SOURCES...]
 #
 # FOLDER/prefix gets include, lib and licences. apt fetches the sources, in the version that is installed here, and
 # checks them by the archive's signatures. Where the mirror lacks one, NAME=SOURCES names a folder with its sources
-# unpacked (enet, libsodium or bullet). ENet's headers must be those that are installed here. A library that is built
+# unpacked (enet, libsodium, bullet or curl). ENet's headers must be those that are installed here. A library that is built
 # already, in that version, stays.
 set -euo pipefail
 export LC_ALL=C.UTF-8
@@ -28,7 +29,7 @@ shift
 prefix=$folder/prefix
 declare -A given=()
 for argument in "$@"; do
-  [[ $argument =~ ^(enet|libsodium|bullet)=(.+)$ ]] || fail "$argument: enet, libsodium or bullet, = and a folder"
+  [[ $argument =~ ^(enet|libsodium|bullet|curl)=(.+)$ ]] || fail "$argument: enet, libsodium, bullet or curl, = and a folder"
   [[ -d ${BASH_REMATCH[2]} ]] || fail "${BASH_REMATCH[1]}: ${BASH_REMATCH[2]} is no folder"
   given[${BASH_REMATCH[1]}]=$(realpath "${BASH_REMATCH[2]}")
 done
@@ -128,8 +129,23 @@ build_bullet() {
   find "$folder/bullet" -name 'lib*.a' -exec cp {} "$prefix/lib/" \;
 }
 
-readonly -A PACKAGES=([enet]=libenet-dev [libsodium]=libsodium-dev [bullet]=libbullet-dev)
-for library in enet libsodium bullet; do
+# HTTP and HTTPS alone, by Windows' own TLS, which is told the cluster's authority. The JSON that goes over it is read
+# by headers, which are the Linux build's.
+build_curl() {
+  logged configure-curl cmake -G Ninja -S "$sources" -B "$folder/curl" --toolchain "$TOOLCHAIN" -Wno-dev \
+    -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_FLAGS_RELEASE="-O2 -DNDEBUG -w -ffunction-sections -fdata-sections" \
+    -DBUILD_SHARED_LIBS=OFF -DBUILD_CURL_EXE=OFF -DBUILD_TESTING=OFF -DENABLE_MANUAL=OFF -DHTTP_ONLY=ON \
+    -DCURL_USE_SCHANNEL=ON -DCURL_ZLIB=OFF -DCURL_BROTLI=OFF -DCURL_ZSTD=OFF -DUSE_NGHTTP2=OFF -DUSE_LIBIDN2=OFF \
+    -DCURL_USE_LIBPSL=OFF -DCURL_USE_LIBSSH2=OFF -DCURL_USE_LIBSSH=OFF
+  logged build-curl cmake --build "$folder/curl" -j "${TESSERA_JOBS:-1}" --target libcurl
+  cp -r "$sources/include/curl" "$prefix/include/"
+  cp "$folder"/curl/lib/libcurl*.a "$prefix/lib/libcurl.a"
+  cp -r /usr/include/nlohmann "$prefix/include/"
+  cp /usr/share/doc/nlohmann-json3-dev/copyright "$prefix/licences/nlohmann-json"
+}
+
+readonly -A PACKAGES=([enet]=libenet-dev [libsodium]=libsodium-dev [bullet]=libbullet-dev [curl]=libcurl4-openssl-dev)
+for library in enet libsodium bullet curl; do
   version=$(dpkg-query -W -f '${source:Version}' "${PACKAGES[$library]}")
   if [[ -r $folder/built/$library && $(<"$folder/built/$library") == "$version" ]]; then continue; fi
   sources_of "$library" "$version"

@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Plays with the client library for Windows, by Wine: three programs join a world that runs on this machine, over the
-# loopback, by grants. Both examples see it; `walker.exe` walks in it and is predicted, keeps the scene and records.
+# Tries the client library for Windows, by Wine. Its unit tests run; then three programs join a world that runs on this
+# machine, over the loopback, by grants. Both examples see it; `walker.exe` walks in it and is predicted, keeps the scene
+# and records. At last `grant.exe` gets a grant from a players' door by TLS, and by no other authority's.
 #
-#   try.sh LOCAL_INSTANCE FOLDER          FOLDER is that of make_folder.sh
+#   try.sh INSTANCES FOLDER TESTS      INSTANCES has tessera_local_instance and tessera_fake_instance; FOLDER is that of
+#                                      make_folder.sh; TESTS has the unit tests
 set -euo pipefail
-instance_program=$1 folder=$2
+instances=$1 folder=$2 tests=$3
 readonly WINE=/usr/lib/wine/wine64
 readonly WALK_S=8
 readonly MOST_CORRECTIONS=16  # without loss and delay it has next to none; a busy machine polls late
@@ -42,17 +44,36 @@ play() {
   }
 }
 
+# run_tests FOLDER: each program in it; at least one test must have passed in each.
+run_tests() {
+  local program name passed all=0 count=0
+  for program in "$1"/*.exe; do
+    [[ -e $program ]] || fail "there are no tests in $1"
+    name=$(basename "$program" .exe)
+    "$WINE" "$program" --gtest_color=no >"$work/$name.log" 2>&1 </dev/null || {
+      grep -E '^\[  FAILED|Failure|error' -A 6 "$work/$name.log" | tail -n 60 >&2
+      fail "$name.exe failed"
+    }
+    passed=$(sed -n 's/^\[  PASSED  \] \([0-9]*\) tests\{0,1\}\..*/\1/p' "$work/$name.log")
+    ((${passed:-0} > 0)) || fail "$name.exe ran no test"
+    all=$((all + passed)) count=$((count + 1))
+  done
+  say "$all unit tests passed, in $count programs"
+}
+
 # Wine without a display, and without what it would ask to download.
 export WINEPREFIX=$work/wine WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=;winemenubuilder.exe=d"
 unset DISPLAY
 
+run_tests "$tests"
+
 mkdir "$work/bin"
-cp "$folder"/*.exe "$folder/tessera-client.dll" "$work/bin/"
+cp "$folder"/*.exe "$folder"/*.dll "$work/bin/"
 x86_64-w64-mingw32-gcc-posix -std=c99 -O2 -Wall -Wextra -Werror -D__USE_MINGW_ANSI_STDIO=1 -I "$folder/include" \
   client_sdk/windows/walker.c "$folder/lib/libtessera-client.dll.a" -static -s -o "$work/bin/walker.exe"
 
 mkfifo "$work/ready"
-"$instance_program" scenes/course.textproto "$work"/{watcher,drifter,walker}.grant >"$work/ready" &
+"$instances/tessera_local_instance" scenes/course.textproto "$work"/{watcher,drifter,walker}.grant >"$work/ready" &
 instance=$!
 read -r _ <"$work/ready" || fail "the world did not begin"
 for example in watcher drifter; do
@@ -70,4 +91,24 @@ corrections=$(sed -n 's/.*predicting 1, \([0-9]*\) corrections.*/\1/p' "$work/wa
 [[ -s $work/kept/матч.tsr ]] || fail "the recording is not in the file that was named"
 [[ -n $(find "$work/kept/мир" -name '*.tsrs') ]] || fail "the scene was not kept in the folder that was named"
 tail -n 2 "$work/walker.log" >&2
-say "all three played, by $("$WINE" --version)"
+
+kill "$instance"
+wait "$instance" || true
+"$instances/tessera_fake_instance" --tls >"$work/ready" &
+instance=$!
+read -r address <"$work/ready" || fail "the instance with a players' door did not begin"
+dead=127.0.0.1:9#${address#*#}
+say "grant.exe asks the players' door at ${address%%#*} by TLS"
+"$WINE" "$work/bin/grant.exe" "$dead,$address" plaza-1 "$work/plaza.grant" >"$work/grant.log" 2>&1 || {
+  cat "$work/grant.log" >&2
+  fail "grant.exe failed"
+}
+mv "$work/plaza.grant" "$work/watcher.grant"
+play watcher 3
+expect watcher 'player [0-9]+ in plaza' "did not join by the grant"
+other=${address%#*}#$(printf '0%.0s' {1..64})
+if "$WINE" "$work/bin/grant.exe" "$other" plaza-1 "$work/other.grant" >"$work/grant.log" 2>&1; then
+  fail "grant.exe takes a grant from a cluster whose authority was not named"
+fi
+expect grant 'what answers is not the cluster whose authority was named' "does not say why"
+say "all played, by $("$WINE" --version)"
