@@ -162,7 +162,8 @@ void GameHost::FindHandlers() {
       Handler& handler = HandlerOf(callback.number, static_cast<std::uint16_t>(kind));
       handler.there = module_.handles(game_, callback.number, world ? nullptr : scene_->kinds[kind].c_str()) != 0;
       if (callback.number == kOnBodyTick) ticks_ = ticks_ || handler.there;
-      if (callback.number == kOnBodyMigrate) migrates_ = migrates_ || handler.there;
+      const bool migration = callback.number == kOnBodyMigrate || callback.number == kOnWorldMigrate;
+      if (migration) migrates_ = migrates_ || handler.there;
     }
   }
 }

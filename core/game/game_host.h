@@ -8,13 +8,13 @@
 // Pure: no file, socket or clock. The game's own state is nothing that counts: Renew() loads it again between any two
 // ticks and the results stay the same; what counts is in properties and records, which the region carries along.
 //
-// Order of a tick: on_migrate of bodies that an older game left, by id; on_control of what ended, or came together, by
-// body; on_tick of the world; on_join, on_command and
-// on_leave of players, by their numbers; contacts and overlaps of the step, as they are given; messages, by when they
-// are due and by their senders; answers, by their askers; by body, that it expires, or its timers that are due, by when
-// and in which order they were set; on_tick of bodies, by id. Work is counted in instructions. Where a tick's are used
-// up, commands wait in their records, contacts wait for the next tick in their order, messages and timers stay due, and
-// on_tick of bodies goes on with the next body in the next tick.
+// Order of a tick: on_migrate of the world, and of bodies by id, that an older game left; on_control of what ended, or
+// came together, by body; on_tick of the world; on_join, on_command and on_leave of players, by their numbers; contacts
+// and overlaps of the step, as they are given; messages, by when they are due and by their senders; answers, by their
+// askers; by body, that it expires, or its timers that are due, by when and in which order they were set; on_tick of
+// bodies, by id. Work is counted in instructions. Where a tick's are used up, commands wait in their records, contacts
+// wait for the next tick in their order, messages and timers stay due, and on_tick of bodies goes on with the next body
+// in the next tick.
 //
 // Thread rule: one thread at a time.
 #pragma once

@@ -61,6 +61,9 @@ void GameHost::TellOfControl(std::span<const ControlNews> news, GameWorld& world
 // Also of bodies that come later with an older record: from a region that was cut off, or from a copy of a dead one.
 void GameHost::RunMigrations(GameWorld& world) {
   std::vector<std::pair<BodyId, std::uint16_t>> older;
+  if (Has(kOnWorldMigrate) && world.Owns(kInstanceBody) && world.RecordOf(kInstanceBody).game < number_) {
+    older.emplace_back(kInstanceBody, 0);
+  }
   world.ForEachOwned([&](BodyId id, const BodyDef& def) {
     if (def.kind == 0 || !HandlerOf(kOnBodyMigrate, def.kind).there) return;
     if (world.RecordOf(id).game < number_) older.emplace_back(id, def.kind);
@@ -75,7 +78,11 @@ void GameHost::RunMigrations(GameWorld& world) {
       transaction.Own(body)->record.game = number_;
       return true;
     };
-    Call(world, kOnBodyMigrate, id, kind, arguments, adopt);
+    if (id == kInstanceBody) {
+      Call(world, kOnWorldMigrate, id, 0, std::span(arguments).subspan(1), adopt);
+    } else {
+      Call(world, kOnBodyMigrate, id, kind, arguments, adopt);
+    }
   }
 }
 

@@ -146,6 +146,7 @@ enum CallbackNumber : std::uint32_t {
   kOnLeave = 16,
   kOnCommand = 17,
   kOnControl = 18,
+  kOnWorldMigrate = 19,
   kOnBodyMigrate = 20,
   kOnBodyTick = 32,
   kOnBodyContact = 33,

@@ -6,6 +6,8 @@ namespace {
 
 constexpr Parameter kMigrateParameters[] = {
     {"from", kWholeType, "number of the game that last took the body over, or made it; 0 is the world's first"}};
+constexpr Parameter kWorldMigrateParameters[] = {
+    {"from", kWholeType, "number of the game that last took the world's record over; 0 is the world's first"}};
 constexpr Parameter kContactParameters[] = {
     {"other", kBodyType, "what it touches"},
     {"contact", kFieldsType | kNothingType,
@@ -66,6 +68,10 @@ constexpr Callback kCallbacks[] = {
      "body is."},
     {kOnControl, Receiver::kWorld, "on_control", kOnControlParameters,
      "The player moves another body from now on, or gets none: the answer to `control`, or what was moved is gone."},
+    {kOnWorldMigrate, Receiver::kWorld, "on_migrate", kWorldMigrateParameters,
+     "This game has taken the place of another one while the world runs. Called once, before anything else, in the "
+     "region that owns the world's record; the world's properties and timers are as the other game left them. If it "
+     "fails they stay so."},
     {kOnBodyMigrate, Receiver::kBody, "on_migrate", kMigrateParameters,
      "This game has taken the place of another one while the world runs. Called once for each body of this kind, "
      "before "

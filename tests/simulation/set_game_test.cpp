@@ -16,6 +16,7 @@ constexpr char kFirst[] = R"(
   kinds.ball = { on_tick = function(self) self.ticks = self.ticks + 1 end }
 )";
 constexpr char kSecond[] = R"(
+  function on_migrate(from) world.migrated, world.from = world.migrated + 1, from end
   kinds.ball = {
     on_migrate = function(self, from) self.migrated = self.migrated + 1; self.from = from end,
     on_tick = function(self) self.ticks = self.ticks + 1; self.later = self.later + 1 end,
@@ -29,6 +30,7 @@ std::shared_ptr<const Scene> BallSwarm(int balls) {
                        {"later", std::int64_t{0}},
                        {"migrated", std::int64_t{0}},
                        {"from", std::int64_t{-1}}};
+  scene->instance_properties = {{"migrated", std::int64_t{0}}, {"from", std::int64_t{-1}}};
   for (BodyDef& body : scene->bodies) body.kind = body.motion == Motion::kDynamic ? 1 : 0;
   return scene;
 }
@@ -39,10 +41,24 @@ struct Ball {
 
 std::int64_t WholeOf(const region::Region& region, BodyId id, const char* name) {
   const Scene& scene = region.catalog().scene();
+  const auto& declared = id == kInstanceBody ? scene.instance_properties : scene.properties;
   PropertySet changed;
   const region::KeptRecord* record = region.records().Find(id);
-  if (record != nullptr && !record->bytes->empty()) changed = *PropertySet::Decode(*record->bytes, scene.properties);
-  return std::get<std::int64_t>(*ValueOf(scene.properties, {}, changed, name));
+  if (record != nullptr && !record->bytes->empty()) changed = *PropertySet::Decode(*record->bytes, declared);
+  return std::get<std::int64_t>(*ValueOf(declared, {}, changed, name));
+}
+
+// The one that owns the world's record.
+SimulatedWorker& OwnerOfWorld(const Deployment& deployment) {
+  const std::vector<SimulatedWorker*> workers = deployment.Workers();
+  const auto owner = std::ranges::find_if(workers, [](const SimulatedWorker* worker) {
+    return worker->region() != nullptr && worker->region()->OwnsWorld();
+  });
+  EXPECT_NE(owner, workers.end());
+  return **owner;
+}
+std::int64_t OfWorld(const Deployment& deployment, const char* name) {
+  return WholeOf(*OwnerOfWorld(deployment).region(), kInstanceBody, name);
 }
 
 std::map<BodyId, Ball> Balls(const Deployment& deployment) {
@@ -96,15 +112,42 @@ TEST_F(SetGameTest, AnotherGameTakesOverAtOneTickAndNoTickIsLost) {
     EXPECT_EQ(ball.migrated, 1);
     EXPECT_EQ(ball.from, 0);
   }
+  EXPECT_EQ(OfWorld(deployment, "migrated"), 1) << "the world's own record, too";
+  EXPECT_EQ(OfWorld(deployment, "from"), 0);
 }
 
+TEST_F(SetGameTest, AMigrationOfTheWorldThatFailsLeavesItAsItWasAndIsNotRepeated) {
+  Deployment deployment(BallSwarm(10), {.game = kFirst});
+  ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+  ASSERT_TRUE(deployment.SetGame(kSecond).ok());
+  ASSERT_TRUE(AwaitGame(deployment, kSecond)) << deployment.Standing();
+  const std::string failing = "function on_migrate(from)\n  world.migrated = 7\n  error('no')\nend\n";
+  ASSERT_TRUE(deployment.SetGame(failing).ok());
+  ASSERT_TRUE(AwaitGame(deployment, failing)) << deployment.Standing();
+  deployment.RunFor(Milliseconds(1000));
+  deployment.Settle();
+  EXPECT_THAT(deployment.problems(), IsEmpty());
+  EXPECT_EQ(OfWorld(deployment, "migrated"), 1);
+  std::uint64_t errors = 0;
+  for (const SimulatedWorker* worker : deployment.Workers())
+    errors += worker->core().run()->game()->statistics().errors;
+  EXPECT_EQ(errors, 1u);
+  // The next game takes the record over from this one.
+  ASSERT_TRUE(deployment.SetGame(kSecond).ok());
+  ASSERT_TRUE(AwaitGame(deployment, kSecond)) << deployment.Standing();
+  deployment.RunFor(Milliseconds(500));
+  EXPECT_EQ(OfWorld(deployment, "migrated"), 2);
+  EXPECT_EQ(OfWorld(deployment, "from"), 2);
+}
+
+// Of some region, or of the one that owns the world's record.
 TEST_F(SetGameTest, ADeathInAnyPhaseLeavesAllRegionsWithOneGame) {
-  for (int phase = 0; phase < 10; ++phase) {
+  for (int phase = 0; phase < 20; ++phase) {
     Deployment deployment(BallSwarm(40), {.seed = static_cast<std::uint64_t>(phase + 1), .game = kFirst});
     ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
     ASSERT_TRUE(deployment.SetGame(kSecond).ok());
-    deployment.RunFor(Milliseconds(70) * phase);
-    deployment.Kill(RegionId(2));
+    deployment.RunFor(Milliseconds(70) * (phase / 2));
+    deployment.Kill(phase % 2 == 0 ? RegionId(2) : OwnerOfWorld(deployment).identity().region);
     ASSERT_TRUE(AwaitGame(deployment, kSecond)) << phase << deployment.Standing();
     deployment.RunFor(Milliseconds(500));
     deployment.Settle();
@@ -113,6 +156,7 @@ TEST_F(SetGameTest, ADeathInAnyPhaseLeavesAllRegionsWithOneGame) {
     const std::map<BodyId, Ball> balls = Balls(deployment);
     EXPECT_EQ(balls.size(), 40u);
     for (const auto& [id, ball] : balls) EXPECT_EQ(ball.migrated, 1) << phase << " body " << id.value();
+    EXPECT_EQ(OfWorld(deployment, "migrated"), 1) << phase;
   }
 }
 
