@@ -177,6 +177,8 @@ WorkerMetrics::WorkerMetrics()
                                "Messages that were dropped because their target is gone.")),
       messages_failed(Counter(*registry_, "tessera_game_messages_failed_total",
                               "Functions of bodies that failed when they were carried out for another region.")),
+      messages_unheard(Counter(*registry_, "tessera_game_messages_unheard_total",
+                               "Messages that came to a target without on_message.")),
       message_ticks(Counter(*registry_, "tessera_game_messages_ticks_total",
                             "Ticks from when messages were made until they were applied, in all.")),
       message_ticks_max(Gauge(*registry_, "tessera_game_messages_ticks_max",
@@ -229,6 +231,7 @@ void WorkerMetrics::ShowMessages(const game::MessageStatistics& messages, const 
   Follow(messages_applied, messages.applied);
   Follow(messages_late, messages.late);
   Follow(messages_failed, messages.failed);
+  Follow(messages_unheard, messages.unheard);
   Follow(message_ticks, messages.ticks);
   message_ticks_max.Set(static_cast<double>(messages.most_ticks));
   Follow(messages_repeated, relayed.repeated);

@@ -77,7 +77,7 @@ class WorkerMetrics {
   prometheus::Gauge& game_callbacks_off;
   prometheus::Gauge &world_paused, &world_pace;
   prometheus::Counter &messages_sent, &messages_applied, &messages_late, &messages_repeated, &messages_copies,
-      &messages_refused, &messages_failed, &message_ticks;
+      &messages_refused, &messages_failed, &messages_unheard, &message_ticks;
   prometheus::Gauge& message_ticks_max;
   std::array<prometheus::Counter*, game::MessageStatistics::kHops> messages_by_hops{};
   AcceptorMetrics game_acceptor, link_acceptor;

@@ -64,6 +64,7 @@ struct MessageStatistics {
   std::uint64_t sent = 0, applied = 0;
   std::uint64_t late = 0;                   // applied after the tick that they were due in
   std::uint64_t failed = 0;                 // functions of bodies that were carried out for another region, and failed
+  std::uint64_t unheard = 0;                // applied, but the target has no on_message
   std::uint64_t by_hops[kHops] = {};        // applied; 0: within a region
   std::uint64_t ticks = 0, most_ticks = 0;  // from when they were made until they were applied: the sum, the longest
 };
@@ -154,6 +155,7 @@ class GameHost {
  private:
   struct Handler {
     bool there = false, off = false;
+    bool missed = false;           // a message came for it though it is not there, and that was said
     std::uint32_t failures = 0;    // in a row
     CallbackCost* cost = nullptr;  // in costs_; null before the first call
   };
@@ -195,6 +197,8 @@ class GameHost {
   // An event for the backend has come to the world's record.
   void RunPublish(const HeldMessage& message, GameWorld& world);
   void NoteApplied(const HeldMessage& message);
+  // The target has no on_message: counted, and said once for each kind.
+  void NoteUnheard(BodyId target, std::uint16_t kind, const HeldMessage& message);
   void NoteFailure(Handler& handler, std::uint32_t callback, BodyId self, std::uint16_t kind, std::string text);
   std::string NameOf(std::uint32_t callback, std::uint16_t kind) const;
   void Say(GameLine line);

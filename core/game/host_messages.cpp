@@ -41,11 +41,11 @@ void GameHost::RunMessage(BodyId target, const HeldMessage& message, GameWorld& 
     return transaction.Own(target)->record.mail.Applied(message.sender, message.number, tick_);
   };
   NoteApplied(message);
-  if (target == kInstanceBody) {
-    Call(world, kOnWorldMessage, target, 0, std::span(arguments).subspan(1), take);
-  } else {
-    Call(world, kOnBodyMessage, target, world.Find(target)->kind, arguments, take);
-  }
+  const bool of_world = target == kInstanceBody;
+  const std::uint32_t callback = of_world ? kOnWorldMessage : kOnBodyMessage;
+  const std::uint16_t kind = of_world ? std::uint16_t{0} : world.Find(target)->kind;
+  if (!HandlerOf(callback, kind).there) NoteUnheard(target, kind, message);
+  Call(world, callback, target, kind, of_world ? std::span(arguments).subspan(1) : std::span(arguments), take);
 }
 
 void GameHost::RunAnswers(GameWorld& world) {
@@ -134,6 +134,16 @@ void GameHost::RunPublish(const HeldMessage& message, GameWorld& world) {
          absl::StrCat("publish: events wait for the control plane, and no more are kept; \"", message.what.name,
                       "\" and what follows are left out")});
   }
+}
+
+void GameHost::NoteUnheard(BodyId target, std::uint16_t kind, const HeldMessage& message) {
+  ++statistics_.messages.unheard;
+  Handler& handler = HandlerOf(target == kInstanceBody ? kOnWorldMessage : kOnBodyMessage, kind);
+  if (std::exchange(handler.missed, true)) return;
+  const std::string why = target == kInstanceBody ? absl::StrCat(file_.name, " has no function on_message")
+                          : kind == 0             ? std::string("the body has no kind")
+                                                  : absl::StrCat("kinds.", scene_->kinds[kind], " has no on_message");
+  Say({tick_, target, false, absl::StrCat("nobody hears the message \"", message.what.name, "\": ", why)});
 }
 
 void GameHost::NoteApplied(const HeldMessage& message) {

@@ -12,6 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 constexpr std::uint16_t kCrateKind = 1;
 
@@ -280,6 +281,31 @@ TEST_F(MessageCallsTest, TheWorldHasARecordLikeABody) {
   for (std::uint64_t tick = 11; tick < 20; ++tick) Pass(tick);
   EXPECT_THAT(got, ElementsAre("goal", "restart", "restarted"));
   EXPECT_THAT(Lines(), IsEmpty());
+}
+
+// A message to whoever has no on_message is over and counted, and the first of each kind is a line.
+TEST_F(MessageCallsTest, WhatNobodyHearsIsSaidOnceAKindAndCounted) {
+  world.Add(kInstanceBody.value(), 0);
+  world.Add(4, 2);
+  world.Add(5, 0);
+  game.On(kOnBodyContact, "crate", [](GameCalls& calls, Arguments) {
+    bool sent = calls.Call(kWorldSend, {std::string("goal")});
+    for (const std::uint64_t target : {2, 4, 5}) {
+      sent = sent && calls.Call(kBodySend, {BodyId(target), std::string("hitt")});
+    }
+    return sent;
+  });
+  Load();
+  Touch(10, 1, 2);
+  Touch(11, 1, 2);
+  for (std::uint64_t tick = 12; tick < 20; ++tick) Pass(tick);
+  EXPECT_THAT(Lines(), UnorderedElementsAre("nobody hears the message \"hitt\": kinds.crate has no on_message",
+                                            "nobody hears the message \"hitt\": kinds.ball has no on_message",
+                                            "nobody hears the message \"hitt\": the body has no kind",
+                                            "nobody hears the message \"goal\": game.lua has no function on_message"));
+  EXPECT_EQ(host->statistics().messages.unheard, 8U);
+  EXPECT_EQ(host->statistics().messages.applied, 8U);
+  EXPECT_THAT(world.record(2).mail.inbox, IsEmpty()) << "it is over";
 }
 
 TEST_F(MessageCallsTest, APublishedEventWaitsInTheWorldsRecord) {

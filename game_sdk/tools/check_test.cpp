@@ -24,6 +24,7 @@ std::vector<std::string> Faults(const std::string& source) {
   scene.kinds = {"", "crate", "ball"};
   scene.properties = {{"health", std::int64_t{100}}, {"name", std::string("none")}};
   scene.instance_properties = {{"goals", std::int64_t{0}}};
+  scene.prefabs.emplace_back().name = "brick";
   std::vector<std::string> texts;
   for (const GameFault& fault : CheckGame({"game.lua", source}, scene)) {
     texts.push_back(absl::StrCat(fault.line, ": ", fault.text));
@@ -76,6 +77,24 @@ TEST(CheckTest, FindsUndeclaredProperties) {
   EXPECT_THAT(InContact("local self = {} return self.mana"), IsEmpty());
   EXPECT_THAT(Faults("kinds.ball = {}\nfunction kinds.ball:on_contact(other)\nreturn self.mana end"),
               ElementsAre(StartsWith("3: ")));
+}
+
+TEST(CheckTest, FindsPrefabsThatTheSceneDoesNotHave) {
+  EXPECT_THAT(InContact("world.spawn('brik', self:position())"),
+              ElementsAre("2: the scene has no prefab `brik`; did you mean `brick`?"));
+  EXPECT_THAT(InContact("local what = 'brik'\nworld.spawn('brick', self:position()) world.spawn(what, vec(0, 0, 0))"),
+              IsEmpty());
+  EXPECT_THAT(InContact("local world = { spawn = print } world.spawn('brik')"), IsEmpty()) << "it is another one";
+}
+
+TEST(CheckTest, FindsWhatTheWorldWouldSayToNobody) {
+  EXPECT_THAT(InContact("world.send('goal')"),
+              ElementsAre("2: `world.send` does nothing: the file has no function `on_message`"));
+  EXPECT_THAT(InContact("world.after(60, 'restart')"),
+              ElementsAre("2: `world.after` does nothing: the file has no function `on_timer`"));
+  EXPECT_THAT(Faults("function on_tick() world.send('goal') world.after(60, 'restart') end\n"
+                     "function on_message() end\non_timer = on_message"),
+              IsEmpty());
 }
 
 TEST(CheckTest, FindsFunctionsThatNobodyHas) {

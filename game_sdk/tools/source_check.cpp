@@ -188,7 +188,28 @@ class SourceWalk {
       Fault(node, absl::StrCat("call it as ", std::string(called.children[0]->text), ":",
                                std::string(called.children[1]->text), "(...), with a colon"));
     }
+    if (called.kind == LuaNodeKind::kIndex && IsGlobal(*called.children[0], "world")) CheckWorldCall(node);
     VisitCalled(node);
+  }
+
+  // A prefab that the scene does not have, and what the world would tell a callback that is not there.
+  void CheckWorldCall(const LuaNode& node) {
+    const LuaNode& name = *node.children.front()->children[1];
+    const bool text = node.children.size() > 1 && node.children[1]->kind == LuaNodeKind::kText;
+    if (name.text == "spawn" && text) return CheckPrefab(*node.children[1]);
+    const std::string callback = name.text == "send" ? "on_message" : name.text == "after" ? "on_timer" : "";
+    if (callback.empty() || defined_.contains(callback) || defined_.contains("_G." + callback)) return;
+    Fault(name, absl::StrCat("`world.", std::string(name.text), "` does nothing: the file has no function ",
+                             Quote(callback)));
+  }
+
+  void CheckPrefab(const LuaNode& name) {
+    Suggestion suggestion(name.text);
+    for (const Prefab& prefab : scene_.prefabs) {
+      if (prefab.name == name.text) return;
+      suggestion.Offer(prefab.name);
+    }
+    Fault(name, absl::StrCat("the scene has no prefab ", Quote(name.text)), suggestion);
   }
 
   // `self.impulse(self, v)`
