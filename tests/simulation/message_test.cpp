@@ -1,9 +1,11 @@
-// Messages between bodies of all regions under every fault: each is applied exactly once, and in order.
+// Messages between bodies of all regions under every fault: each is applied exactly once, and in order. Area effects
+// over the whole world push every body exactly once.
 //
 // The same holds for events for the backend, which a model of the control plane takes.
 //
-// The bodies count for themselves: a sender in a property for each target, a target in one for each sender. A message
-// carries the sender's count; the target compares it with its own. What a death sets back it sets back in both.
+// The bodies count for themselves: a sender in a property for each target, a target in one for each sender, each body
+// the area effects that it made and those that pushed it. A message carries the sender's count; the target compares it
+// with its own. What a death sets back it sets back in both.
 //
 // TESSERA_MESSAGE_SEEDS=N runs N seeds instead of a few: 62 of them send a million messages.
 #include <gmock/gmock.h>
@@ -33,6 +35,7 @@ using Arguments = ScriptedGame::Arguments;
 constexpr double kFieldHalf_m = 20;
 constexpr std::uint64_t kBalls = 16, kFirstBall = 5;  // behind the four walls
 constexpr int kMostExtra = 3;
+constexpr double kShareOfBlasts = 0.005;  // of a ball's ticks: some 50 of the whole world live at once
 constexpr std::uint64_t kFirstTick = 10;  // standbys have whole copies by then
 
 std::string SentTo(std::uint64_t target) { return "s" + std::to_string(target); }
@@ -48,12 +51,47 @@ std::shared_ptr<const Scene> TalkingSwarm() {
   }
   scene.properties.push_back({"reported", std::int64_t{0}});
   scene.properties.push_back({"published", std::int64_t{0}});
+  scene.properties.push_back({"exploded", std::int64_t{0}});
+  scene.properties.push_back({"blown", std::int64_t{0}});
   scene.instance_properties = {{"total", std::int64_t{0}}};
   return std::make_shared<const Scene>(std::move(scene));
 }
 
 struct Wrong {
   std::uint64_t order = 0, errors = 0;
+};
+
+// Messages that were applied: those that came from another region, and those to a body that changed hands meanwhile or
+// just before.
+struct Shares {
+  std::uint64_t applied = 0, between_regions = 0, in_handover = 0;
+};
+
+// When bodies changed hands, as the test sees it from outside.
+class Handovers {
+ public:
+  static constexpr Tick::rep kLately = 6;
+
+  void Look(const region::Region& region, Tick tick) {
+    newest_ = std::max(newest_, tick);
+    for (const region::OwnedBody& body : region.owned()) {
+      const auto [at, first] = owners_.try_emplace(body.def->id.value(), region.id(), Tick());
+      if (!first && at->second.first != region.id()) at->second = {region.id(), tick};
+    }
+  }
+  bool Since(std::uint64_t body, Tick tick) const {
+    const auto at = owners_.find(body);
+    return at != owners_.end() && at->second.second != Tick() && at->second.second + kLately > tick;
+  }
+  // One that changed hands lately; 0 if none did.
+  std::uint64_t Lately() const {
+    const auto at = std::ranges::find_if(owners_, [&](const auto& entry) { return Since(entry.first, newest_); });
+    return at == owners_.end() ? 0 : at->first;
+  }
+
+ private:
+  std::map<std::uint64_t, std::pair<RegionId, Tick>> owners_;  // of each body, and since when if not from the beginning
+  Tick newest_;
 };
 
 // Sends, counts and compares, until `last`.
@@ -64,6 +102,10 @@ class Talk {
              [this](GameCalls& calls, Arguments arguments) { return Act(calls, arguments[0].as.id); });
     game_.On(game::kOnBodyMessage, "ball",
              [this](GameCalls& calls, Arguments arguments) { return Take(calls, arguments); });
+    game_.On(game::kOnBodyBlast, "ball", [](GameCalls& calls, Arguments arguments) {
+      const std::uint64_t self = arguments[0].as.id;
+      return Set(calls, self, "blown", Get(calls, self, "blown") + 1);
+    });
     game_.On(game::kOnWorldMessage, "", [](GameCalls& calls, Arguments) {
       if (!calls.Call(game::kWorldGet, {std::string("total")})) return false;
       return calls.Call(game::kWorldSet, {std::string("total"), calls.result().as.whole + 1});
@@ -72,6 +114,9 @@ class Talk {
   }
   const tessera_game_module& module() const { return module_; }
   const Wrong& wrong() const { return wrong_; }
+  const Shares& shares() const { return shares_; }
+  // Where it is given, some messages go to bodies that change hands, and that is counted.
+  const Handovers* handovers = nullptr;
 
  private:
   static std::int64_t Get(GameCalls& calls, std::uint64_t body, const std::string& name) {
@@ -81,6 +126,10 @@ class Talk {
   static bool Set(GameCalls& calls, std::uint64_t body, const std::string& name, std::int64_t value) {
     return calls.Call(game::kBodySet, {BodyId(body), name, value});
   }
+  static bool IsOwn(GameCalls& calls, std::uint64_t body) {
+    EXPECT_TRUE(calls.Call(game::kBodyIsOwn, {BodyId(body)})) << calls.error();
+    return calls.result().as.whole != 0;
+  }
   static double Chance(GameCalls& calls) {
     calls.Call(game::kWorldRandom, {});
     return calls.result().as.real;
@@ -89,19 +138,27 @@ class Talk {
   bool Act(GameCalls& calls, std::uint64_t self) {
     calls.Call(game::kWorldTick, {});
     const auto tick = static_cast<std::uint64_t>(calls.result().as.whole);
-    if (tick < kFirstTick || tick > last_ || Chance(calls) > share_) return true;
+    if (tick < kFirstTick || tick > last_) return true;
+    if (Chance(calls) < kShareOfBlasts && !Explode(calls, self)) return false;
+    if (Chance(calls) > share_) return true;
     const auto extra = static_cast<int>(Chance(calls) * kMostExtra);
     for (int i = 0; i <= extra; ++i) {
-      const std::uint64_t target = kFirstBall + static_cast<std::uint64_t>(Chance(calls) * kBalls);
+      std::uint64_t target = kFirstBall + static_cast<std::uint64_t>(Chance(calls) * kBalls);
+      bool here = IsOwn(calls, target);
+      if (here) target = kFirstBall + static_cast<std::uint64_t>(Chance(calls) * kBalls);
+      if (handovers != nullptr && i % 2 == 0 && handovers->Lately() != 0) target = handovers->Lately();
+      here = IsOwn(calls, target);
       const std::int64_t count = Get(calls, self, SentTo(target)) + 1;
-      tessera_game_field fields[2] = {{"from", 4, {}}, {"n", 1, {}}};
-      fields[0].value.type = fields[1].value.type = TESSERA_GAME_WHOLE;
-      fields[0].value.as.whole = static_cast<std::int64_t>(self);
-      fields[1].value.as.whole = count;
+      tessera_game_field fields[4] = {{"from", 4, {}}, {"here", 4, {}}, {"n", 1, {}}, {"tick", 4, {}}};
+      const std::int64_t numbers[4] = {static_cast<std::int64_t>(self), here, count, static_cast<std::int64_t>(tick)};
+      for (std::size_t field = 0; field < 4; ++field) {
+        fields[field].value.type = TESSERA_GAME_WHOLE;
+        fields[field].value.as.whole = numbers[field];
+      }
       const GameValue name = std::string("n");
       tessera_game_value values[3] = {game::ToInterface(GameValue(BodyId(target))), game::ToInterface(name), {}};
       values[2].type = TESSERA_GAME_FIELDS;
-      values[2].count = 2;
+      values[2].count = 4;
       values[2].as.fields = fields;
       // A full outbox is no fault.
       if (calls.CallRaw(game::kBodySend, values) && !Set(calls, self, SentTo(target), count)) return false;
@@ -109,6 +166,20 @@ class Talk {
     if (extra != 0) return true;
     if (!calls.Call(game::kWorldSend, {std::string("one more")})) return true;
     return Set(calls, self, "reported", Get(calls, self, "reported") + 1) && Publish(calls, self);
+  }
+  // Over the whole world, and so weak that it changes nothing. As many as the region keeps already are no fault.
+  static bool Explode(GameCalls& calls, std::uint64_t self) {
+    const GameValue at{Vec3d()}, impulse{1e-6}, radius{4 * kFieldHalf_m}, falloff{std::string("none")};
+    const tessera_game_field fields[] = {{"at", 2, game::ToInterface(at)},
+                                         {"falloff", 7, game::ToInterface(falloff)},
+                                         {"impulse", 7, game::ToInterface(impulse)},
+                                         {"radius", 6, game::ToInterface(radius)}};
+    tessera_game_value table{};
+    table.type = TESSERA_GAME_FIELDS;
+    table.count = 4;
+    table.as.fields = fields;
+    return !calls.CallRaw(game::kWorldExplode, {&table, 1}) ||
+           Set(calls, self, "exploded", Get(calls, self, "exploded") + 1);
   }
   static bool Publish(GameCalls& calls, std::uint64_t self) {
     const std::int64_t count = Get(calls, self, "published") + 1;
@@ -124,8 +195,18 @@ class Talk {
   }
   bool Take(GameCalls& calls, Arguments arguments) {
     const std::uint64_t self = arguments[0].as.id;
-    const auto from = static_cast<std::uint64_t>(arguments[2].as.fields[0].value.as.whole);
-    const std::int64_t count = arguments[2].as.fields[1].value.as.whole;
+    const auto number = [&](std::string_view name) {
+      const std::span fields(arguments[2].as.fields, arguments[2].count);
+      const auto field = std::ranges::find_if(
+          fields, [&](const tessera_game_field& one) { return std::string_view(one.name, one.name_bytes) == name; });
+      return field->value.as.whole;
+    };
+    const auto from = static_cast<std::uint64_t>(number("from"));
+    const std::int64_t count = number("n");
+    ++shares_.applied;
+    if (number("here") == 0) ++shares_.between_regions;
+    const Tick made(static_cast<std::uint64_t>(number("tick")));
+    if (handovers != nullptr && handovers->Since(self, made)) ++shares_.in_handover;
     if (count != Get(calls, self, GotFrom(from)) + 1) ++wrong_.order;
     return Set(calls, self, GotFrom(from), count);
   }
@@ -135,6 +216,7 @@ class Talk {
   ScriptedGame game_;
   tessera_game_module module_{};
   Wrong wrong_;
+  Shares shares_;
 };
 
 struct Count {
@@ -171,8 +253,10 @@ class Backend {
 
 class TalkingInstance {
  public:
-  TalkingInstance(Talk& talk, std::uint32_t regions, std::uint64_t seed, const PacketConditions& conditions = {})
+  TalkingInstance(Talk& talk, std::uint32_t regions, std::uint64_t seed, const PacketConditions& conditions = {},
+                  bool follow_handovers = false)
       : scene_(TalkingSwarm()) {
+    if (follow_handovers) talk.handovers = &handovers;
     SimulationOptions options;
     options.seed = seed;
     options.conditions = conditions;
@@ -188,6 +272,7 @@ class TalkingInstance {
                                                                  const region::StepResult& result) {
       if (before) before(worker, result);
       backend.Look(worker.region());
+      handovers.Look(worker.region(), result.tick);
     };
   }
 
@@ -251,8 +336,21 @@ class TalkingInstance {
     return errors;
   }
 
+  // Each has pushed every ball once.
+  std::int64_t ExpectThatAreaEffectsActedOnce() {
+    std::int64_t made = 0;
+    for (std::uint64_t ball = kFirstBall; ball < kFirstBall + kBalls; ++ball) {
+      made += PropertyOf(BodyId(ball), "exploded");
+    }
+    for (std::uint64_t ball = kFirstBall; ball < kFirstBall + kBalls; ++ball) {
+      EXPECT_EQ(PropertyOf(BodyId(ball), "blown"), made) << "body " << ball;
+    }
+    return made;
+  }
+
   std::unique_ptr<Instance> instance;
   Backend backend;
+  Handovers handovers;
 
  private:
   using Bytes = region::Bytes;
@@ -281,6 +379,7 @@ TEST(MessageSimulationTest, WithoutFaultsEachMessageIsInTimeAndNothingIsLeft) {
   EXPECT_EQ(world.Late(), 0U) << "of " << world.Applied();
   EXPECT_EQ(world.LeftOver(), 0U) << "nothing grows for ever";
   EXPECT_EQ(world.InstanceOwners(), 1U);
+  EXPECT_GT(world.ExpectThatAreaEffectsActedOnce(), 20);
   std::printf("%lu messages, %lu handovers, %lu late\n", static_cast<unsigned long>(count.sent),
               static_cast<unsigned long>(world.simulation().totals().handovers),
               static_cast<unsigned long>(world.Late()));
@@ -296,6 +395,7 @@ TEST(MessageSimulationTest, OnAnyNetworkTheSameBits) {
     world.simulation().RunTo(Tick(360));
     std::vector<std::int64_t> counts{world.PropertyOf(kInstanceBody, "total")};
     for (std::uint64_t a = kFirstBall; a < kFirstBall + kBalls; ++a) {
+      counts.push_back(world.PropertyOf(BodyId(a), "blown"));
       for (std::uint64_t b = kFirstBall; b < kFirstBall + kBalls; ++b) {
         counts.push_back(world.PropertyOf(BodyId(a), GotFrom(b)));
       }
@@ -312,11 +412,13 @@ int SeedsToRun() {
 
 TEST(MessageSimulationTest, UnderEveryFaultNoMessageIsLostDoubledOrOutOfOrder) {
   std::uint64_t sent = 0, kills = 0, handovers = 0, planned = 0, late = 0, applied = 0;
+  std::int64_t blasts = 0;
+  Shares shares;
   for (int seed = 1; seed <= SeedsToRun(); ++seed) {
     SCOPED_TRACE(seed);
     constexpr std::uint64_t kLast = 1'500;
     Talk talk(kLast, 0.3);
-    TalkingInstance world(talk, 4, static_cast<std::uint64_t>(seed));
+    TalkingInstance world(talk, 4, static_cast<std::uint64_t>(seed), {}, true);
     Chance chance(static_cast<std::uint64_t>(seed));
     Disturb(*world.instance, chance, Tick(kLast));
     world.simulation().RunFor(Milliseconds(1'000));
@@ -330,6 +432,10 @@ TEST(MessageSimulationTest, UnderEveryFaultNoMessageIsLostDoubledOrOutOfOrder) {
     EXPECT_EQ(world.backend.wrong(), 0U);
     EXPECT_EQ(world.Errors(), 0U);
     EXPECT_EQ(world.InstanceOwners(), 1U);
+    blasts += world.ExpectThatAreaEffectsActedOnce();
+    shares.applied += talk.shares().applied;
+    shares.between_regions += talk.shares().between_regions;
+    shares.in_handover += talk.shares().in_handover;
     sent += count.sent;
     kills += world.simulation().totals().kills;
     handovers += world.simulation().totals().handovers;
@@ -337,6 +443,12 @@ TEST(MessageSimulationTest, UnderEveryFaultNoMessageIsLostDoubledOrOutOfOrder) {
     late += world.Late();
     applied += world.Applied();
   }
+  EXPECT_GT(blasts, 50);
+  EXPECT_GE(2 * shares.between_regions, shares.applied) << "half of them go to another region";
+  EXPECT_GE(10 * shares.in_handover, shares.applied) << "a tenth goes to bodies in handover";
+  std::printf("%lld area effects; of %lu messages %lu went to another region, %lu to bodies in handover\n",
+              static_cast<long long>(blasts), static_cast<unsigned long>(shares.applied),
+              static_cast<unsigned long>(shares.between_regions), static_cast<unsigned long>(shares.in_handover));
   std::printf("%lu messages, %lu deaths, %lu handovers, %lu planned maps; %lu of %lu applied late\n",
               static_cast<unsigned long>(sent), static_cast<unsigned long>(kills),
               static_cast<unsigned long>(handovers), static_cast<unsigned long>(planned),
