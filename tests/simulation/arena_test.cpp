@@ -26,6 +26,7 @@
 namespace tessera::simulation {
 namespace {
 
+using ::testing::Each;
 using ::testing::IsEmpty;
 
 constexpr std::uint32_t kPlayers = 8, kRegions = 6;
@@ -156,6 +157,16 @@ class ArenaMatch {
     }
     return goals;
   }
+  // Of each player, by the regions that own one.
+  std::vector<std::size_t> BodiesOfPlayers() {
+    std::vector<std::size_t> bodies(kPlayers);
+    for (std::uint32_t i = 1; i <= kPlayers; ++i) {
+      bodies[i - 1] = static_cast<std::size_t>(std::ranges::count_if(simulation().workers(), [&](const auto& entry) {
+        return entry.second->region().Owns(PlayerBodyId(PlayerNumber(i)));
+      }));
+    }
+    return bodies;
+  }
   std::size_t CommandsPending() const {
     std::size_t pending = 0;
     for (const auto& bot : bots_) pending += bot->pending();
@@ -191,7 +202,21 @@ class ArenaMatch {
     for (const auto& bot : bots_) bot->Frame();
     simulation().timeline().In(16'667, [this] { Frame(); });
   }
+  // By joints that are in force, whatever properties say: both ends are here then.
+  void WatchJoints(const SimulatedRegion& worker) {
+    std::map<BodyId, int> hands;
+    for (const region::KeptRecord& record : worker.region().records().all()) {
+      if (!worker.region().Owns(record.body)) continue;
+      for (const game::GameJoint& joint : record.game.joints) {
+        const bool player_first = IsPlayerBody(record.body);
+        if (joint.until != Tick() || player_first == IsPlayerBody(joint.other)) continue;
+        const BodyId thing = player_first ? joint.other : record.body;
+        if (++hands[thing] > 1) in_two_hands_.insert(thing);
+      }
+    }
+  }
   void Watch(SimulatedRegion& worker, Tick tick) {
+    WatchJoints(worker);
     for (const region::OwnedBody& body : worker.region().owned()) {
       if (IsPlayerBody(body.def->id)) WatchHand(worker, body.def->id);
       if (!IsSpawned(body.def->id)) continue;
@@ -268,6 +293,7 @@ TEST(ArenaSimulationTest, TheGamesCountsAreTheWorldsUnderEveryFault) {
     EXPECT_EQ(match.World("ended"), static_cast<std::int64_t>(balls.size()));
     EXPECT_EQ(match.World("red_players"), kPlayers / 2);
     EXPECT_EQ(match.World("blue_players"), kPlayers / 2);
+    EXPECT_THAT(match.BodiesOfPlayers(), Each(1U)) << "and at no tick two, which the simulation's own checker sees";
     EXPECT_THAT(match.in_two_hands(), IsEmpty());
     EXPECT_GT(match.held().size(), 3U) << "nobody grabs anything";
     match.ExpectThatHoldersAndThingsAgree();
