@@ -15,6 +15,7 @@
 #include "region_worker/input_files.h"
 #include "region_worker/standalone.h"
 #include "region_worker/testing/test_client.h"
+#include "region_worker/testing/worker_cluster.h"
 #include "region_worker/testing/worker_process.h"
 
 namespace tessera::worker {
@@ -41,47 +42,11 @@ constexpr char kTray[] = R"(
 )";
 constexpr std::size_t kBalls = 40;
 
-// Workers of one world, one a region.
-class Cluster {
+class Cluster : public WorkerCluster {
  public:
-  explicit Cluster(std::uint32_t regions, std::vector<std::string> more = {}, const std::string& scene = kTray)
-      : base_(FreeBasePort(regions)) {
-    const std::string file = WriteTestFile("world.textproto", scene);
-    scene_ = *LoadSceneFile(file);
-    for (std::uint32_t region = 1; region <= regions; ++region) {
-      std::vector<std::string> arguments = {"--scene",     file,
-                                            "--regions",   std::to_string(regions),
-                                            "--region",    std::to_string(region),
-                                            "--base-port", std::to_string(base_)};
-      arguments.insert(arguments.end(), more.begin(), more.end());
-      workers_.push_back(std::make_unique<WorkerProcess>(arguments));
-    }
-    for (auto& worker : workers_) EXPECT_TRUE(worker->WaitForLine("listening")) << worker->said();
-  }
-
-  const Scene& scene() const { return *scene_; }
-  WorkerProcess& worker(std::uint32_t region) { return *workers_.at(region - 1); }
-  std::uint16_t game_port(std::uint32_t region) const { return static_cast<std::uint16_t>(base_ + 3 * (region - 1)); }
-  std::uint16_t metrics_port(std::uint32_t region) const { return static_cast<std::uint16_t>(game_port(region) + 2); }
-  std::unique_ptr<TestClient> Join(std::uint32_t region, std::uint32_t player) {
-    auto client = std::make_unique<TestClient>(scene_->bounds);
-    EXPECT_TRUE(client->Connect(game_port(region), RegionId(region), CredentialsFor(player)));
-    EXPECT_TRUE(client->Until([&] { return client->welcome.has_value(); }));
-    return client;
-  }
-
- private:
-  std::uint16_t base_;
-  std::shared_ptr<const Scene> scene_;
-  std::vector<std::unique_ptr<WorkerProcess>> workers_;
+  explicit Cluster(std::uint32_t regions, const std::vector<std::string>& more = {}, const std::string& scene = kTray)
+      : WorkerCluster(regions, scene, more) {}
 };
-
-double MetricIn(const std::string& page, const std::string& series) {
-  const auto at = page.find("\n" + series + " ");
-  return at == std::string::npos ? -1 : std::atof(page.c_str() + at + series.size() + 2);
-}
-
-double Metric(std::uint16_t port, const std::string& series) { return MetricIn(ReadMetrics(port), series); }
 
 // A game shows them without the operators' port, so they are the metrics of the same moment.
 TEST(WorkerClientTest, ClientsGetTheFiguresThatMetricsShow) {

@@ -90,9 +90,11 @@ TEST(WorkerGameTest, AGameRunsAndItsLinesAndCostAreShown) {
   EXPECT_NE(worker.said().find("game error tick=6 text="), std::string::npos) << worker.said();
   ASSERT_TRUE(worker.WaitForLine("RUNNING tick=")) << worker.said();
   const std::string metrics = ReadMetrics(static_cast<std::uint16_t>(base + 2));
-  for (const char* line : {"\ntessera_game_calls_total 25\n", "\ntessera_game_errors_total 20\n",
-                           "\ntessera_game_callbacks_off 1\n", "\ntessera_game_dropped_events_total 0\n",
-                           "\ntessera_game_effects_total{effect=\"spawn\",result=\"done\"} 0\n"}) {
+  for (const char* line :
+       {"\ntessera_game_calls_total 25\n", "\ntessera_game_errors_total 20\n", "\ntessera_game_callbacks_off 1\n",
+        "\ntessera_game_dropped_events_total 0\n", "\ntessera_game_callback_calls_total{callback=\"on_tick\"} 25\n",
+        "\ntessera_game_callback_errors_total{callback=\"on_tick\"} 20\n",
+        "\ntessera_game_effects_total{effect=\"spawn\",result=\"done\"} 0\n"}) {
     EXPECT_NE(metrics.find(line), std::string::npos) << line << metrics;
   }
 }

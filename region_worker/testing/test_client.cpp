@@ -75,6 +75,7 @@ void TestClient::Handle(const net::Event& event) {
   if (control.has_welcome()) welcome = control.welcome();
   if (control.has_refusal()) refusal = control.refusal();
   if (control.has_input_refused()) input_refused = control.input_refused();
+  if (control.has_command_refused()) command_refused = control.command_refused();
   if (control.has_stopping()) stopping = control.stopping();
   started = started || control.has_started() || (control.has_welcome() && control.welcome().started());
 }
@@ -98,7 +99,11 @@ void TestClient::ReadSnapshot(const net::Bytes& bytes) {
   if (!snapshot.ok()) return;  // lost baselines and doubles are part of the game
   tick = std::max(tick, snapshot->tick);
   last_input = snapshot->last_input;
-  for (const replication::BodyRecord& body : snapshot->bodies) bodies[body.id] = body.state;
+  for (const replication::BodyRecord& body : snapshot->bodies) {
+    bodies[body.id] = body.state;
+    ever_seen.insert(body.id);
+    if (body.properties != nullptr) properties[body.id] = *body.properties;
+  }
   for (const replication::DepartureRecord& departure : snapshot->departures) bodies.erase(departure.id);
   full_records += snapshot->full_records;
   records += static_cast<std::uint32_t>(snapshot->bodies.size());

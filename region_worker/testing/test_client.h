@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,9 +43,12 @@ class TestClient {
   std::optional<v1::RegionWelcome> welcome;
   std::optional<v1::RegionRefusal> refusal;
   std::optional<v1::InputRefused> input_refused;
+  std::optional<v1::CommandRefused> command_refused;
   std::optional<v1::RegionStopping> stopping;
   bool started = false, connected = false, disconnected = false;
-  std::map<BodyId, BodyState> bodies;  // as received; departed ones are not in it
+  std::map<BodyId, BodyState> bodies;                      // as received; departed ones are not in it
+  std::set<BodyId> ever_seen;                              // those that any snapshot had
+  std::map<BodyId, std::vector<std::uint8_t>> properties;  // the newest that came, as PropertySet::Encode wrote them
   Tick tick;
   std::optional<replication::RegionFigures> figures;
   std::uint32_t last_input = 0;
