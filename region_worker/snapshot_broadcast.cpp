@@ -144,7 +144,7 @@ replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, 
   const bool here = view.centre.has_value();
   view.team = view.own == own ? feed_.TeamOf(own) : region.AudienceOf(own).team;
   if (!here && places != nullptr) {
-    view.centre = places->At(client.player, region.tick());
+    if (settings_.interest_radius_m > 0) view.centre = places->At(client.player, region.tick());
     view.team = places->TeamAt(client.player, region.tick());
   }
   if (settings_.interest_radius_m > 0 && view.centre.has_value()) {

@@ -16,7 +16,8 @@ RegionRun::RegionRun(const Identity& self, region::Config config, bool views_hav
       clock_(tick_rate_hz_),
       failovers_(self),
       roster_(config.scene->player.has_value()) {
-  if (config.scene->player && views_have_a_radius) places_.emplace(tick_rate_hz_);
+  const bool has_teams = !config.scene->team_property.empty();
+  if (config.scene->player && (views_have_a_radius || has_teams)) places_.emplace(tick_rate_hz_);
 }
 
 void RegionRun::Begin(LinkTable& links, Actions& actions) {

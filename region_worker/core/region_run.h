@@ -46,7 +46,8 @@ struct FailoverFigures {
 
 class RegionRun {
  public:
-  // `views_have_a_radius`: clients see the surroundings of their body, so all regions must know where it is.
+  // `views_have_a_radius`: clients see the surroundings of their body, so all regions must know where it is. They must
+  // as well where there are teams, because its team is told along.
   RegionRun(const Identity& self, region::Config config, bool views_have_a_radius);
 
   // Sends the frames of the tick that the region begins with. Once, before anything else.
