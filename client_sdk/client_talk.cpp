@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
+#include "core/game/joint.h"
 #include "core/game/settings.h"
 #include "core/game/value.h"
 #include "core/world/limits.h"
@@ -71,8 +72,12 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
   spectator_view = news.spectating ? std::optional(news.view) : std::nullopt;
   const BodyId moved(news.controlled_body);
   const bool known = moved == BodyId() || !predictor || predictor->Knows(moved);
-  if (WrongField(news.limits) != nullptr || !known) return connection.CountError();
-  if (predictor) predictor->Follow(moved == BodyId() ? PlayerBodyId(session.player) : moved, news.limits);
+  const absl::StatusOr<std::vector<game::JointOfBody>> joints = game::DecodeJoints(news.joints);
+  if (WrongField(news.limits) != nullptr || !known || !joints.ok()) return connection.CountError();
+  if (predictor) {
+    predictor->Follow(moved == BodyId() ? PlayerBodyId(session.player) : moved, news.limits);
+    predictor->Connect(*joints);
+  }
   controlled = moved;
 }
 

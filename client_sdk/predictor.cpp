@@ -81,6 +81,16 @@ void Predictor::Follow(BodyId own, const PlayerLimits& limits) {
   own_radius_m_ = 0;
 }
 
+void Predictor::Connect(const std::vector<game::JointOfBody>& joints) {
+  const std::vector<JointDef> before = std::exchange(joints_, {});
+  for (const auto& [body, joint] : joints) joints_.push_back(game::DefinitionOf(joint, body));
+  // One that is made anew between the same bodies has another id.
+  for (const JointDef& joint : before) {
+    const bool stays = std::ranges::find(joints_, joint.id, &JointDef::id) != joints_.end();
+    if (!stays && world_ != nullptr && world_->HasJoint(joint.id)) world_->RemoveJoint(joint.id);
+  }
+}
+
 absl::Status Predictor::SetMovement(const tessera_movement* table) {
   movement_.reset();
   known_missing_.clear();
@@ -274,6 +284,11 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
   for (const auto& [id, body] : bodies_) {
     if (body.thrown && (bodies.contains(id) || FindThrown(id) != nullptr)) chosen.insert(id);
   }
+  for (const JointDef& joint : joints_) {
+    for (const BodyId id : {joint.body_a, joint.body_b}) {
+      if (bodies.contains(id) && DefOf(id) != nullptr) chosen.insert(id);
+    }
+  }
 
   for (auto body = bodies_.begin(); body != bodies_.end();) {
     if (chosen.contains(body->first)) {
@@ -326,6 +341,21 @@ void Predictor::Tune(const BodyDef& def, const SeenBody& seen) {
   world_->SetMaterial(seen.id, MaterialOf(def, seen.tuning));
 }
 
+void Predictor::PlaceJoints() {
+  const auto add = [this](const JointDef& joint) {
+    const bool complete = world_->Has(joint.body_a) && (joint.body_b == BodyId() || world_->Has(joint.body_b));
+    if (complete && !world_->HasJoint(joint.id)) world_->AddJoint(joint);
+  };
+  for (const auto& [id, body] : bodies_) {
+    catalog_.ForEachJoint(id, [&](const JointDef& joint) {
+      AddAnchor(joint.body_a);
+      AddAnchor(joint.body_b);
+      add(joint);
+    });
+  }
+  for (const JointDef& joint : joints_) add(joint);
+}
+
 void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
   for (auto& [id, body] : bodies_) {
     if (!bodies.contains(id)) continue;  // one that was thrown
@@ -353,14 +383,7 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
     const Aabb box = world_->BoundsOf(own_def_.id);
     own_radius_m_ = Length(box.max - box.min) / 2;
   }
-  for (const auto& [id, body] : bodies_) {
-    catalog_.ForEachJoint(id, [this](const JointDef& joint) {
-      AddAnchor(joint.body_a);
-      AddAnchor(joint.body_b);
-      const bool complete = world_->Has(joint.body_a) && (joint.body_b == BodyId() || world_->Has(joint.body_b));
-      if (complete && !world_->HasJoint(joint.id)) world_->AddJoint(joint);
-    });
-  }
+  PlaceJoints();
   own_now_ = bodies_.at(own_def_.id).now;
   for (Thrown& thrown : thrown_) PlaceThrown(thrown);
 }
@@ -439,7 +462,7 @@ void Predictor::NoteTouched() {
   Spread(&Body::ahead);
 }
 
-// Marks the bodies that a marked one touches, and those that they touch in turn.
+// Marks the bodies that a marked one touches or holds, and those that they touch in turn.
 void Predictor::Spread(bool Body::*mark) {
   for (bool more = true; more;) {
     more = false;
@@ -452,7 +475,19 @@ void Predictor::Spread(bool Body::*mark) {
       if (contact.depth_m < 0 && contact.impulse_on_b == Vec3f()) continue;
       a->second.*mark = b->second.*mark = more = true;
     }
+    more = SpreadOverJoints(mark) || more;
   }
+}
+
+// The same for what a game's joints hold together.
+bool Predictor::SpreadOverJoints(bool Body::*mark) {
+  bool more = false;
+  for (const JointDef& joint : joints_) {
+    const auto a = bodies_.find(joint.body_a), b = bodies_.find(joint.body_b);
+    if (a == bodies_.end() || b == bodies_.end() || a->second.*mark == b->second.*mark) continue;
+    a->second.*mark = b->second.*mark = more = true;
+  }
+  return more;
 }
 
 }  // namespace tessera::client

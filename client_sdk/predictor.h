@@ -28,6 +28,7 @@
 #include "client_sdk/correction.h"
 #include "client_sdk/ground.h"
 #include "client_sdk/work_budget.h"
+#include "core/game/joint.h"
 #include "core/physics/world.h"
 #include "core/region/catalog.h"
 #include "core/region/movement.h"
@@ -71,6 +72,9 @@ class Predictor {
   bool Knows(BodyId id) const { return IsPlayerBody(id) ? id == player_def_.id : catalog_.Known(id); }
   // The inputs move this body from now on, within these limits. Requires Knows(own).
   void Follow(BodyId own, const PlayerLimits& limits);
+  // What hangs together with it, by joints of the game: those bodies are simulated along as far as they are in sight,
+  // and shown ahead.
+  void Connect(const std::vector<game::JointOfBody>& joints);
   // The program's own function of a movement that a game wrote; null: it has none. Its own body is predicted by it
   // where the region says that it is moved by it. INVALID_ARGUMENT where the scene has no such kind; then there is
   // none.
@@ -167,6 +171,8 @@ class Predictor {
   void Tune(const BodyDef& def, const SeenBody& seen);
   void NoteTouched();
   void Spread(bool Body::*mark);
+  bool SpreadOverJoints(bool Body::*mark);
+  void PlaceJoints();
   const Thrown* FindThrown(BodyId id) const;
   BodyState MadeBy(const Thrown& thrown) const;
   void TakeOver(const std::map<BodyId, SeenBody>& bodies, std::map<BodyId, Pose>& shown);
@@ -191,6 +197,7 @@ class Predictor {
   BodyDef player_def_;  // defines the player's own body
   BodyDef own_def_;     // defines the body that the inputs move
   PlayerLimits limits_;
+  std::vector<JointDef> joints_;  // of the game, about the own body
   Ground ground_;
   double tick_s_;
   std::unique_ptr<physics::World> world_;

@@ -136,9 +136,11 @@ TEST(RegionMessageTest, NewsOfAPlayerIsReadAsItWasWritten) {
   news.mutable_limits()->set_force_n(0);
   news.mutable_limits()->set_speed_m_s(2.5);
   news.mutable_limits()->set_axis_x(1);
+  news.set_joints(std::string("\1\0\2", 3));
   const auto read = Read<replication::NewsOfPlayer>(message);
   EXPECT_EQ(read.controlled_body, std::uint64_t{1} << 40);
   EXPECT_EQ(read.limits, (PlayerLimits{.force_n = 0.F, .torque_nm = {}, .speed_m_s = 2.5F, .axes = {1, 0, 0}}));
+  EXPECT_EQ(read.joints, (std::vector<std::uint8_t>{1, 0, 2}));
   EXPECT_EQ(read.last_command, 5u);
   EXPECT_EQ(read.last_event, 9u);
   EXPECT_EQ(read.epoch, 77u);

@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "core/game/joint.h"
 #include "core/game/player_record.h"
 
 namespace tessera::worker {
@@ -44,8 +45,9 @@ std::optional<v1::RegionControl> NewsFor(const region::Region& region, PlayerNum
   const BodyId controlled = talk->driven();
   const bool aside = talk->hidden() && controlled == BodyId();  // also on the way to another body
   if (aside) view = body->state.position;
+  std::vector<std::uint8_t> joints = game::EncodeJoints(region.JointsOf(player));
   if (!first && sent->last_command == talk->last_command && sent->last_event == talk->last_event &&
-      sent->view == view && sent->controlled == controlled && sent->limits == talk->limits) {
+      sent->view == view && sent->controlled == controlled && sent->limits == talk->limits && sent->joints == joints) {
     return std::nullopt;
   }
   v1::PlayerNews& news = *message.mutable_player_news();
@@ -67,7 +69,8 @@ std::optional<v1::RegionControl> NewsFor(const region::Region& region, PlayerNum
   }
   news.set_controlled_body(controlled.value());
   PutLimits(talk->limits, news);
-  *sent = {talk->last_command, talk->last_event, view, controlled, talk->limits};
+  news.set_joints(joints.data(), joints.size());
+  *sent = {talk->last_command, talk->last_event, view, controlled, talk->limits, std::move(joints)};
   return message;
 }
 

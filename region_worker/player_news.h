@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "core/region/region.h"
 #include "core/world/math.h"
@@ -29,6 +30,7 @@ struct SentNews {
   std::optional<Vec3d> view;
   BodyId controlled;
   PlayerLimits limits;
+  std::vector<std::uint8_t> joints;
   bool ended = false;
 };
 

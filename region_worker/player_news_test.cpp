@@ -69,11 +69,14 @@ class PlayerNewsTest : public ::testing::Test {
     ASSERT_TRUE(sender_.Acknowledge(receiver_.WriteAck()).ok());
   }
   // In the next tick.
-  void Do(std::uint32_t function, std::vector<game::GameValue> arguments) {
+  void Act(std::uint32_t function, std::vector<game::GameValue> arguments) {
     next_ = function;
     arguments_ = std::move(arguments);
-    arguments_.insert(arguments_.begin(), game::GameValue(kAda));
     Tick();
+  }
+  void Do(std::uint32_t function, std::vector<game::GameValue> arguments) {
+    arguments.insert(arguments.begin(), game::GameValue(kAda));
+    Act(function, std::move(arguments));
   }
   std::optional<v1::RegionControl> News() { return NewsFor(*region_, kAda, sent_); }
   static std::vector<std::string> EventsOf(const std::optional<v1::RegionControl>& message) {
@@ -170,6 +173,38 @@ TEST_F(PlayerNewsTest, WhoMovesAnotherBodyIsToldWhichAndIsNotSeen) {
   EXPECT_EQ(region_->MovedBy(kAda), kCar);
   Do(game::kPlayerRespawn, {Vec3d{1, 1, 1}});
   EXPECT_EQ(News()->player_news().controlled_body(), 0U);
+}
+
+TEST_F(PlayerNewsTest, WhatHangsTogetherWithThePlayerIsToldUntilItIsParted) {
+  (void)News();
+  Act(game::kBodyConnect, {kAdasBody, kCar});
+  std::optional<v1::RegionControl> news = News();
+  ASSERT_TRUE(news.has_value());
+  const auto read = [&] {
+    const std::string& bytes = news->player_news().joints();
+    return *game::DecodeJoints({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  };
+  const std::vector<game::JointOfBody> joints = read();
+  ASSERT_EQ(joints.size(), 1U);
+  EXPECT_EQ(joints[0].body, kCar) << "the lower one has it";
+  EXPECT_EQ(joints[0].joint.other, kAdasBody);
+  EXPECT_EQ(joints[0].joint.kind, game::GameJointKind::kBall);
+  Tick();
+  EXPECT_FALSE(News().has_value()) << "once";
+  Act(game::kBodyDisconnect, {kAdasBody, kCar});
+  news = News();
+  ASSERT_TRUE(news.has_value());
+  EXPECT_TRUE(read().empty());
+}
+
+// Who may not see a body is not told that something hangs at it.
+TEST_F(PlayerNewsTest, AJointWithAHiddenBodyIsNotTold) {
+  (void)News();
+  Act(game::kBodyShowTo, {kCar, std::string("servers")});
+  Act(game::kBodyConnect, {kAdasBody, kCar});
+  Tick();
+  const std::optional<v1::RegionControl> news = News();
+  EXPECT_TRUE(!news.has_value() || news->player_news().joints().empty());
 }
 
 TEST_F(PlayerNewsTest, LimitsOfTheGameAreTold) {

@@ -14,12 +14,54 @@ constexpr float kMaxJointLimit = 1'000;
 constexpr double kJointUnitTolerance = 1e-3;
 enum : std::uint8_t { kCollides = 1, kWaits = 2, kAnswers = 4 };
 
-absl::Status BadJoint(absl::string_view what) { return absl::InvalidArgumentError(what); }
+absl::Status BadJoint(const char* what) { return absl::InvalidArgumentError(what); }
 
 bool IsSaneFrame(const Pose& frame) {
   const auto near = [](double x) { return std::abs(x) <= 2 * kMaxJointReach_m; };
   return near(frame.position.x) && near(frame.position.y) && near(frame.position.z) &&
          std::abs(Length(frame.orientation) - 1) <= kJointUnitTolerance;
+}
+
+void WriteJoint(ByteWriter& out, const GameJoint& joint) {
+  out.Varint(joint.id.value());
+  out.Varint(joint.other.value());
+  out.U8(static_cast<std::uint8_t>(joint.kind));
+  for (const Pose& frame : {joint.frame, joint.other_frame}) {
+    out.V(frame.position);
+    out.Q(frame.orientation);
+  }
+  out.F32(joint.lower);
+  out.F32(joint.upper);
+  out.F32(joint.stiffness_n_m);
+  out.F32(joint.damping_ns_m);
+  out.U8(static_cast<std::uint8_t>((joint.bodies_collide ? kCollides : 0) | (joint.until != Tick() ? kWaits : 0) |
+                                   (joint.answer.empty() ? 0 : kAnswers)));
+  if (joint.until != Tick()) out.Varint(joint.until.value());
+  if (joint.answer.empty()) return;
+  out.Block(std::string_view(joint.answer));
+  out.Varint(joint.asked_by.value());
+}
+
+void ReadJoint(ByteReader& in, GameJoint& joint) {
+  joint.id = JointId(in.Varint());
+  joint.other = BodyId(in.Varint());
+  joint.kind = static_cast<GameJointKind>(in.U8());
+  for (Pose* frame : {&joint.frame, &joint.other_frame}) {
+    frame->position = in.V3d();
+    frame->orientation = in.Q();
+  }
+  joint.lower = in.F32();
+  joint.upper = in.F32();
+  joint.stiffness_n_m = in.F32();
+  joint.damping_ns_m = in.F32();
+  const std::uint8_t flags = in.U8();
+  if (flags > (kCollides | kWaits | kAnswers)) in.Fail("a joint with unknown flags");
+  joint.bodies_collide = (flags & kCollides) != 0;
+  if ((flags & kWaits) != 0) joint.until = Tick(in.Varint());
+  if ((flags & kAnswers) == 0) return;
+  const auto answer = in.Block(kMaxMessageNameBytes);
+  joint.answer.assign(answer.begin(), answer.end());
+  joint.asked_by = BodyId(in.Varint());
 }
 
 }  // namespace
@@ -63,25 +105,7 @@ JointDef DefinitionOf(const GameJoint& joint, BodyId body) {
 
 void Write(ByteWriter& out, const std::vector<GameJoint>& joints) {
   out.Varint(joints.size());
-  for (const GameJoint& joint : joints) {
-    out.Varint(joint.id.value());
-    out.Varint(joint.other.value());
-    out.U8(static_cast<std::uint8_t>(joint.kind));
-    for (const Pose& frame : {joint.frame, joint.other_frame}) {
-      out.V(frame.position);
-      out.Q(frame.orientation);
-    }
-    out.F32(joint.lower);
-    out.F32(joint.upper);
-    out.F32(joint.stiffness_n_m);
-    out.F32(joint.damping_ns_m);
-    out.U8(static_cast<std::uint8_t>((joint.bodies_collide ? kCollides : 0) | (joint.until != Tick() ? kWaits : 0) |
-                                     (joint.answer.empty() ? 0 : kAnswers)));
-    if (joint.until != Tick()) out.Varint(joint.until.value());
-    if (joint.answer.empty()) continue;
-    out.Block(std::string_view(joint.answer));
-    out.Varint(joint.asked_by.value());
-  }
+  for (const GameJoint& joint : joints) WriteJoint(out, joint);
 }
 
 void ReadJoints(ByteReader& in, std::vector<GameJoint>& joints) {
@@ -89,26 +113,42 @@ void ReadJoints(ByteReader& in, std::vector<GameJoint>& joints) {
   if (joints.size() > kMaxGameJoints) in.Fail("more than 8 joints");
   for (GameJoint& joint : joints) {
     if (!in.ok()) return;
-    joint.id = JointId(in.Varint());
-    joint.other = BodyId(in.Varint());
-    joint.kind = static_cast<GameJointKind>(in.U8());
-    for (Pose* frame : {&joint.frame, &joint.other_frame}) {
-      frame->position = in.V3d();
-      frame->orientation = in.Q();
-    }
-    joint.lower = in.F32();
-    joint.upper = in.F32();
-    joint.stiffness_n_m = in.F32();
-    joint.damping_ns_m = in.F32();
-    const std::uint8_t flags = in.U8();
-    if (flags > (kCollides | kWaits | kAnswers)) in.Fail("a joint with unknown flags");
-    joint.bodies_collide = (flags & kCollides) != 0;
-    if ((flags & kWaits) != 0) joint.until = Tick(in.Varint());
-    if ((flags & kAnswers) == 0) continue;
-    const auto answer = in.Block(kMaxMessageNameBytes);
-    joint.answer.assign(answer.begin(), answer.end());
-    joint.asked_by = BodyId(in.Varint());
+    ReadJoint(in, joint);
   }
+}
+
+std::vector<std::uint8_t> EncodeJoints(const std::vector<JointOfBody>& joints) {
+  if (joints.empty()) return {};
+  ByteWriter out;
+  const std::size_t count = std::min(joints.size(), kMaxToldJoints);
+  out.Varint(count);
+  for (const auto& [body, joint] : std::span(joints).first(count)) {
+    GameJoint told = joint;
+    told.until = Tick();
+    told.answer.clear();
+    out.Varint(body.value());
+    WriteJoint(out, told);
+  }
+  return out.Take();
+}
+
+absl::StatusOr<std::vector<JointOfBody>> DecodeJoints(std::span<const std::uint8_t> bytes) {
+  std::vector<JointOfBody> joints;
+  if (bytes.empty()) return joints;
+  ByteReader in(bytes);
+  in.Field("joints");
+  joints.resize(in.Count(1 + kMinJointBytes));
+  if (joints.size() > kMaxToldJoints) return BadJoint("joints: too many");
+  for (auto& [body, joint] : joints) {
+    body = BodyId(in.Varint());
+    ReadJoint(in, joint);
+    if (!in.ok()) return BadJoint("joints: truncated");
+    const std::vector<GameJoint> one{joint};
+    if (absl::Status status = CheckJoints(one); !status.ok()) return status;
+    if (absl::Status status = CheckJointsOf(body, one); !status.ok()) return status;
+  }
+  if (!in.ok() || in.remaining() != 0) return BadJoint("joints: truncated, or followed by other bytes");
+  return joints;
 }
 
 absl::Status CheckJoints(const std::vector<GameJoint>& joints) {

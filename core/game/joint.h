@@ -8,10 +8,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/world/bytes.h"
 #include "core/world/ids.h"
 #include "core/world/scene.h"
@@ -52,6 +54,18 @@ inline constexpr double kMaxJointStiffness = 1e6;  // N/m, and N s/m of the damp
 
 // The joint of `body` as the physics has it.
 JointDef DefinitionOf(const GameJoint& joint, BodyId body);
+
+// One that is in force, and the body that has it.
+struct JointOfBody {
+  BodyId body;
+  GameJoint joint;
+  friend bool operator==(const JointOfBody&, const JointOfBody&) = default;
+};
+// As a client is told of them: without what only the game needs. At most kMaxToldJoints; none are no bytes.
+inline constexpr std::size_t kMaxToldJoints = 64;
+std::vector<std::uint8_t> EncodeJoints(const std::vector<JointOfBody>& joints);
+// INVALID_ARGUMENT: truncated, too many, or as CheckJoints and CheckJointsOf.
+absl::StatusOr<std::vector<JointOfBody>> DecodeJoints(std::span<const std::uint8_t> bytes);
 
 void Write(ByteWriter& out, const std::vector<GameJoint>& joints);
 // Leaves a failed reader, or joints that CheckJoints refuses, where the bytes are not sound.

@@ -46,6 +46,27 @@ TEST(GameJointTest, ARecordKeepsItsJoints) {
   }
 }
 
+TEST(GameJointTest, AClientIsToldOfThoseThatHoldAndOfNothingElse) {
+  std::vector<JointOfBody> joints{{BodyId(5), Sound()}, {BodyId(7), Sound()}};
+  joints[1].joint.kind = GameJointKind::kSpring;
+  joints[1].joint.stiffness_n_m = 300;
+  const std::vector<std::uint8_t> bytes = EncodeJoints(joints);
+  for (JointOfBody& one : joints) one.joint.until = Tick(), one.joint.answer = "", one.joint.asked_by = BodyId();
+  const auto told = DecodeJoints(bytes);
+  ASSERT_TRUE(told.ok()) << told.status();
+  EXPECT_EQ(*told, joints) << "without what only the game needs";
+  EXPECT_TRUE(EncodeJoints({}).empty());
+  EXPECT_TRUE(DecodeJoints({})->empty());
+  EXPECT_EQ(DecodeJoints(EncodeJoints(std::vector<JointOfBody>(100, joints[0])))->size(), kMaxToldJoints);
+  for (std::size_t size = 1; size < bytes.size(); ++size) {
+    EXPECT_FALSE(DecodeJoints(std::span(bytes).first(size)).ok()) << size;
+  }
+  joints[1].body = BodyId(9);
+  EXPECT_THAT(DecodeJoints(EncodeJoints(joints)).status().message(), HasSubstr("lower id"));
+  joints[0].joint.frame.position.x = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(DecodeJoints(EncodeJoints(joints)).status().message(), HasSubstr("frame"));
+}
+
 TEST(GameJointTest, WhatIsNotSoundIsRefused) {
   const auto refused = [](auto change) {
     GameJoint joint = Sound();

@@ -170,6 +170,8 @@ class Region {
     MovementState state;
   };
   std::optional<GameMoved> MovementOf(PlayerNumber player) const;
+  // The joints of the game in force among what hangs together with that body, as far as the player may see both ends.
+  std::vector<game::JointOfBody> JointsOf(PlayerNumber player) const;
   // All of it that may be told; null where the player's body is not owned here, or nobody may know of the player yet.
   // Valid until the region changes.
   const game::PlayerRecord* TalkOf(PlayerNumber player) const;

@@ -85,6 +85,29 @@ BodyId Region::MovedBy(PlayerNumber player) const {
   return driven == BodyId() ? PlayerBodyId(player) : driven;
 }
 
+std::vector<game::JointOfBody> Region::JointsOf(PlayerNumber player) const {
+  const RegionParts& parts = *parts_;
+  std::vector<game::JointOfBody> joints;
+  if (parts.bodies.game_joints().empty()) return joints;
+  const BodyId moved = MovedBy(player);
+  if (parts.bodies.IndexOf(moved) < 0) return joints;
+  const Assembly assembly = parts.bodies.AssemblyOf(moved);
+  if (assembly.size() < 2) return joints;
+  const TeamId team = AudienceOf(PlayerBodyId(player)).team;
+  const auto sees = [&](BodyId body) {
+    const Audience audience = AudienceOf(body);
+    return body == moved || MaySee(audience.visible_to, audience.team, team);
+  };
+  for (const BodyId id : assembly) {
+    const KeptRecord* const kept = parts.records.Find(id);
+    if (kept == nullptr || kept->game.joints.empty() || !sees(id)) continue;
+    for (const game::GameJoint& joint : kept->game.joints) {
+      if (parts.bodies.IndexOf(joint.other) >= 0 && sees(joint.other)) joints.push_back({id, joint});
+    }
+  }
+  return joints;
+}
+
 std::optional<Region::GameMoved> Region::MovementOf(PlayerNumber player) const {
   const GameMovement* const movement = parts_->game.movement();
   const PlayerControl* const control = parts_->players.Find(player);

@@ -220,6 +220,7 @@ NewsOfPlayer NewsFrom(WireReader& in) {
     if (part.field() == 8) news.epoch = part.U32();
     if (part.field() == 9) news.controlled_body = part.U64();
     if (part.field() == 10) news.limits = LimitsFrom(part);
+    if (part.field() == 11) news.joints.assign(part.Bytes().begin(), part.Bytes().end());
   });
   return news;
 }

@@ -108,7 +108,8 @@ struct NewsOfPlayer {
   bool spectating = false;
   Vec3d view;
   std::uint64_t controlled_body = 0;
-  PlayerLimits limits{};  // as they came: WrongField judges them
+  PlayerLimits limits{};               // as they came: WrongField judges them
+  std::vector<std::uint8_t> joints{};  // as they came: game::DecodeJoints reads them
 };
 struct NewsOfWorld {
   std::uint32_t epoch = 0;
