@@ -112,7 +112,7 @@ kinds.lift = {
   };
   // Corrections that follow each other within a round trip and a little are of one surprise. One that comes of an input
   // that acts at another tick than was thought is none of the platform's.
-  constexpr double kStart_m = 0.2;  // what it goes in a round trip
+  constexpr double kStart_m = 0.2;  // less than it goes in a round trip
   int surprises = 0, starts = 0, frame = 0, last = -1000;
   stage.hears = [&](const ClientEvent& event) {
     if (event.kind != ClientEvent::Kind::kPredictionCorrected || absl::StrContains(event.detail, "input")) return;

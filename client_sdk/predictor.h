@@ -72,8 +72,8 @@ class Predictor {
   bool Knows(BodyId id) const { return IsPlayerBody(id) ? id == player_def_.id : catalog_.Known(id); }
   // The inputs move this body from now on, within these limits. Requires Knows(own).
   void Follow(BodyId own, const PlayerLimits& limits);
-  // What hangs together with it, by joints of the game: those bodies are simulated along as far as they are in sight,
-  // and shown ahead.
+  // The joints of the game about that body: what they hold is simulated along as far as it is in sight, and shown
+  // ahead.
   void Connect(const std::vector<game::JointOfBody>& joints);
   // The program's own function of a movement that a game wrote; null: it has none. Its own body is predicted by it
   // where the region says that it is moved by it. INVALID_ARGUMENT where the scene has no such kind; then there is

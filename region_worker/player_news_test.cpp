@@ -197,7 +197,7 @@ TEST_F(PlayerNewsTest, WhatHangsTogetherWithThePlayerIsToldUntilItIsParted) {
   EXPECT_TRUE(read().empty());
 }
 
-// Who may not see a body is not told that something hangs at it.
+// A player who may not see a body is not told that it hangs there.
 TEST_F(PlayerNewsTest, AJointWithAHiddenBodyIsNotTold) {
   (void)News();
   Act(game::kBodyShowTo, {kCar, std::string("servers")});

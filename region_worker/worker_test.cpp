@@ -90,7 +90,7 @@ TEST(WorkerGameTest, AGameRunsAndItsLinesAndCostAreShown) {
   EXPECT_NE(worker.said().find("game tick=5 text=\"tick five\""), std::string::npos) << worker.said();
   EXPECT_NE(worker.said().find("game error tick=6 text="), std::string::npos) << worker.said();
   ASSERT_TRUE(worker.WaitForLine("RUNNING tick=")) << worker.said();
-  // What callbacks cost is brought up to date once a second.
+  // The costs of callbacks are brought up to date once a second.
   std::string metrics;
   const auto limit = std::chrono::steady_clock::now() + kPatience;
   do {

@@ -68,9 +68,11 @@ constexpr char kAsking[] = R"(
       world.ask_ray("ray", near, far, { limit = 16 }, asked)
       world.ask_ray("ray then", near, far, { at_time = tick - 12.5 }, asked)
       world.ask_sweep("sweep", { radius = 2 }, near, far, { limit = 16, kinds = "ball" }, asked)
-      world.ask_sweep("sweep then", { half_extents = vec(1, 1, 1) }, near, far, { limit = 16, at_time = tick - 20 }, asked)
+      world.ask_sweep("sweep then", { half_extents = vec(1, 1, 1) }, near, far, { limit = 16, at_time = tick - 20 },
+                      asked)
       world.ask_overlap("overlap", { radius = 9 }, vec(1, 0, 1), {}, asked)
-      world.ask_overlap("overlap then", { half_extents = vec(6, 1, 6) }, vec(0, 0, 0), { at_time = tick - 23.25 }, asked)
+      world.ask_overlap("overlap then", { half_extents = vec(6, 1, 6) }, vec(0, 0, 0), { at_time = tick - 23.25 },
+                        asked)
     end,
     on_answer = function(self, name, hits, complete, values) say(name, hits, complete, values) end,
   }

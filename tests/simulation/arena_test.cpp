@@ -157,7 +157,7 @@ class ArenaMatch {
     }
     return goals;
   }
-  // Of each player, by the regions that own one.
+  // How many regions own a body of each player.
   std::vector<std::size_t> BodiesOfPlayers() {
     std::vector<std::size_t> bodies(kPlayers);
     for (std::uint32_t i = 1; i <= kPlayers; ++i) {

@@ -104,7 +104,7 @@ class BadGame {
     }
     return sum;
   }
-  // Of all bodies of the kind, or of the world's record.
+  // The property of all bodies of the kind.
   std::vector<std::int64_t> Values(std::uint16_t kind, const std::string& name) {
     std::vector<std::int64_t> values;
     for (const auto& [id, worker] : simulation().workers()) {
@@ -252,7 +252,10 @@ kinds.gate = {
   on_left = function() error("on_left") end,
 }
 kinds.asker = {
-  on_tick = function(self) self:set_velocity(vec(0, 0, 0)) world.ask_overlap("who", { radius = 1 }, self:position()) end,
+  on_tick = function(self)
+    self:set_velocity(vec(0, 0, 0))
+    world.ask_overlap("who", { radius = 1 }, self:position())
+  end,
   on_answer = function() error("on_answer") end,
 }
 kinds.witness = {

@@ -140,7 +140,7 @@ TEST_F(SetGameTest, AMigrationOfTheWorldThatFailsLeavesItAsItWasAndIsNotRepeated
   EXPECT_EQ(OfWorld(deployment, "from"), 2);
 }
 
-// Of some region, or of the one that owns the world's record.
+// Some region dies, or the one that owns the world's record.
 TEST_F(SetGameTest, ADeathInAnyPhaseLeavesAllRegionsWithOneGame) {
   for (int phase = 0; phase < 20; ++phase) {
     Deployment deployment(BallSwarm(40), {.seed = static_cast<std::uint64_t>(phase + 1), .game = kFirst});
