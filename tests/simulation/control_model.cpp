@@ -149,6 +149,7 @@ std::vector<const region::StandbyCopy*> ControlModel::PrimariesOf(RegionId holde
 void ControlModel::Killed(RegionId region) {
   standby_copies_.erase(region);
   if (retired_.contains(region)) return;
+  ++totals_.deaths;
   if (!StandbyTick(region)) {
     for (const BodyId id : last_owned_[region]) simulation_.invariants().Excuse(id);
   }

@@ -88,6 +88,12 @@ Tick Simulation::tick() const {
   return lowest;
 }
 
+std::uint64_t Simulation::Closings() const {
+  std::uint64_t closings = closings_of_ended_;
+  for (const auto& [id, worker] : workers_) closings += worker->totals().closings;
+  return closings;
+}
+
 // Borders that closed or opened, and ticks that were adopted rather than stepped.
 std::uint64_t Simulation::Unrest() const {
   std::uint64_t unrest = 0;
@@ -167,7 +173,10 @@ void Simulation::Settle() {
 }
 
 void Simulation::Kill(RegionId region) {
-  if (workers_.erase(region) == 0) return;
+  const auto worker = workers_.find(region);
+  if (worker == workers_.end()) return;
+  closings_of_ended_ += worker->second->totals().closings;
+  workers_.erase(worker);
   ++totals_.kills;
   invariants_.Died(region);
   if (on_killed) on_killed(region);

@@ -62,6 +62,8 @@ class Simulation {
   // Ends faults that the network knows of, and runs until all workers stand at one tick with all borders open.
   void Settle();
   Tick tick() const;  // that all workers have reached
+  // Borders that closed, once for each side of them that gave the other one up.
+  std::uint64_t Closings() const;
 
   // --- Faults.
   void Kill(RegionId region);
@@ -119,6 +121,7 @@ class Simulation {
   std::vector<Vec3d> corners_;  // where three cells or more meet
   std::vector<std::uint8_t> jointed_;
   SimulationTotals totals_;
+  std::uint64_t closings_of_ended_ = 0;  // workers
 };
 
 }  // namespace tessera::simulation

@@ -149,7 +149,7 @@ TEST_F(WaitingSimulationTest, EachEventGoesAlongWithItsBodyOnceUnderEveryFault) 
     instance->simulation->Settle();
     instance->simulation->RunTo(kAllPassed);
     ExpectCountsToBeTheWorlds();
-    deaths += instance->simulation->totals().kills;
+    deaths += instance->control->totals().deaths;
     handovers += instance->simulation->totals().handovers;
     planned += instance->control->totals().planned;
   }
