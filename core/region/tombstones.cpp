@@ -16,6 +16,7 @@ bool OfScene(BodyId id) { return id.value() < kFirstPlayerBody; }
 void Tombstones::Add(BodyId id, Epoch epoch, Tick now) {
   Entry& entry = entries_[id];
   entry = {std::max(entry.epoch, epoch), now};
+  if (!OfScene(id)) to_forget_.emplace_back(now, id);
 }
 
 void Tombstones::Merge(std::span<const BodyClaim> others, Tick now) {
@@ -23,9 +24,12 @@ void Tombstones::Merge(std::span<const BodyClaim> others, Tick now) {
 }
 
 void Tombstones::Forget(Tick now, std::uint32_t tick_rate_hz) {
-  std::erase_if(entries_, [&](const auto& entry) {
-    return !OfScene(entry.first) && entry.second.since + kTombstone_s * tick_rate_hz < now;
-  });
+  const auto over = [&](Tick since) { return since + kTombstone_s * tick_rate_hz < now; };
+  for (; !to_forget_.empty() && over(to_forget_.front().first); to_forget_.pop_front()) {
+    // One that was added again is here for longer.
+    const auto entry = entries_.find(to_forget_.front().second);
+    if (entry != entries_.end() && over(entry->second.since)) entries_.erase(entry);
+  }
 }
 
 std::vector<BodyClaim> Tombstones::All() const {

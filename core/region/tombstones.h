@@ -9,8 +9,10 @@
 // Thread rule: one thread at a time.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/region/body_claim.h"
@@ -23,7 +25,7 @@ class Tombstones {
   void Add(BodyId id, Epoch epoch, Tick now);
   // Those that a dead region, or an earlier life of this one, had; `now` is this region's tick.
   void Merge(std::span<const BodyClaim> others, Tick now);
-  // Forgets those that have been here long enough.
+  // Forgets those that have been here long enough. Costs nothing for the others.
   void Forget(Tick now, std::uint32_t tick_rate_hz);
 
   // Whether it was removed, as far as this region knows.
@@ -39,6 +41,7 @@ class Tombstones {
     Tick since;
   };
   std::map<BodyId, Entry> entries_;
+  std::deque<std::pair<Tick, BodyId>> to_forget_;  // those that are not of the scene, in the order in which they came
 };
 
 }  // namespace tessera::region

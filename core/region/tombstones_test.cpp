@@ -20,6 +20,16 @@ TEST(TombstonesTest, AMadeBodysIsForgottenWhenNoCopyCanBeLeft) {
   EXPECT_THAT(tombstones.All(), IsEmpty());
 }
 
+TEST(TombstonesTest, OneThatCameAgainIsForgottenByItsLastTime) {
+  Tombstones tombstones;
+  tombstones.Add(kMade, Epoch(1), Tick(100));
+  tombstones.Add(kMade, Epoch(2), Tick(300));
+  tombstones.Forget(Tick(800), kRate_hz);
+  EXPECT_THAT(tombstones.All(), ElementsAre(BodyClaim{kMade, Epoch(2)}));
+  tombstones.Forget(Tick(901), kRate_hz);
+  EXPECT_THAT(tombstones.All(), IsEmpty());
+}
+
 TEST(TombstonesTest, ThoseOfTheScenesBodiesStayAndAreListedByTick) {
   Tombstones tombstones;
   tombstones.Add(kMade, Epoch(1), Tick(5));
