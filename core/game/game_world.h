@@ -58,7 +58,8 @@ class GameWorld {
   virtual std::vector<BodyId> Commanded() const = 0;
   // Properties that were changed of a body that is here: of a neighbour's as they were some ticks ago.
   virtual PropertySet ChangedOf(BodyId id) const = 0;
-  virtual GameRecord RecordOf(BodyId id) const = 0;
+  // Empty without one. Valid until the world changes.
+  virtual const GameRecord& RecordOf(BodyId id) const = 0;
   // Properties that were changed of the world, as far as this region knows where another one owns them.
   virtual PropertySet KnownOfInstance() const = 0;
   // The id of the first body of a new one of this prefab; nothing when this region has none left to give.
@@ -80,7 +81,7 @@ class GameWorld {
 
   // Replaces both. The region owns the body. `together`: the same call changed other bodies as well, and what it did to
   // them and to this one may not be parted.
-  virtual void Commit(BodyId id, const PropertySet& changed, const GameRecord& record, bool together) = 0;
+  virtual void Commit(BodyId id, const PropertySet& changed, GameRecord record, bool together) = 0;
   // A body of a prefab, with an id that follows from NextId. The region owns it from now on.
   virtual void Spawn(BodyId id, const BodyState& state) = 0;
   // The region owns the body, which is a player's: it is there from now on, instead of where the last step left it.

@@ -30,7 +30,7 @@ PropertySet Transaction::PropertiesOf(BodyId id) const {
   return found == changes_.end() ? world_.ChangedOf(id) : found->second.properties;
 }
 
-GameRecord Transaction::RecordOf(BodyId id) const {
+const GameRecord& Transaction::RecordOf(BodyId id) const {
   const auto found = changes_.find(id);
   return found == changes_.end() ? world_.RecordOf(id) : found->second.record;
 }
@@ -122,17 +122,18 @@ absl::Status Transaction::Explode(Blast blast) {
 
 std::size_t Transaction::Commit() {
   found_ = {};
-  for (Blast& blast : std::exchange(blasts_, {})) world_.Explode(std::move(blast));
+  for (Blast& blast : blasts_) world_.Explode(std::move(blast));
+  blasts_.clear();
   if (changes_.empty() && removed_.empty() && made_.empty()) return 0;
   for (const auto& [id, made] : made_) world_.Spawn(id, made.state);
   for (const auto& [id, state] : placed_) world_.Place(id, state);
   const bool together = changes_.size() + removed_.size() > 1;
-  for (const auto& [id, changes] : changes_) world_.Commit(id, changes.properties, changes.record, together);
+  for (auto& [id, changes] : changes_) world_.Commit(id, changes.properties, std::move(changes.record), together);
   for (const BodyId id : removed_) {
     // A call may let a body send a message and go.
     const auto last = last_words_.find(id);
     if (last != last_words_.end() && !last->second.record.mail.outbox.empty()) {
-      world_.Commit(id, last->second.properties, last->second.record, together);
+      world_.Commit(id, last->second.properties, std::move(last->second.record), together);
     }
     world_.Remove(id);
   }

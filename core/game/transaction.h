@@ -49,7 +49,8 @@ class Transaction {
   bool Owns(BodyId id) const { return id == found_.id ? found_.owned : FindAnew(id).owned; }
   bool Removed(BodyId id) const { return removed_.contains(id); }  // by this call
   PropertySet PropertiesOf(BodyId id) const;
-  GameRecord RecordOf(BodyId id) const;  // the region owns the body
+  // The region owns the body. Valid until anything changes.
+  const GameRecord& RecordOf(BodyId id) const;
 
   // The caller notes a body of the world as it was before anything changed, so that it is not looked up.
   void Know(BodyId id, const BodyDef& def, bool owned) { found_ = {id, &def, owned}; }

@@ -18,8 +18,6 @@ void Include(BodyId id, bool there, std::vector<BodyId>& list) {
   if (!there && known) list.erase(at);
 }
 
-const auto kRecordBefore = [](const KeptRecord& entry, BodyId wanted) { return entry.body < wanted; };
-
 }  // namespace
 
 absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& catalog) {
@@ -50,9 +48,14 @@ absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& 
 
 CarriedRecord CarriedFrom(const KeptRecord& record) { return {record.change, *record.bytes, record.game}; }
 
+std::size_t RecordTable::PlaceOf(BodyId id) const {
+  const auto at = std::ranges::lower_bound(all_, id, {}, &RecordPlace::body);
+  return static_cast<std::size_t>(at - all_.begin());
+}
+
 const KeptRecord* RecordTable::Find(BodyId id) const {
-  const auto at = std::lower_bound(all_.begin(), all_.end(), id, kRecordBefore);
-  return at != all_.end() && at->body == id ? &*at : nullptr;
+  const std::size_t place = PlaceOf(id);
+  return place < all_.size() && all_[place].body == id ? all_[place].record.get() : nullptr;
 }
 
 CarriedRecord RecordTable::Of(BodyId id) const {
@@ -91,15 +94,17 @@ absl::Status RecordTable::Set(BodyId id, std::span<const PropertyDef> defs, std:
   return absl::OkStatus();
 }
 
-void RecordTable::Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) {
+RecordTable::Replaced RecordTable::Commit(BodyId id, const PropertySet& changed, game::GameRecord record) {
   const KeptRecord* entry = Find(id);
   std::vector<std::uint8_t> bytes = changed.Encode();
-  if (entry == nullptr && bytes.empty() && record.empty()) return;
+  if (entry == nullptr && bytes.empty() && record.empty()) return {};
   const bool same_properties = entry != nullptr && *entry->bytes == bytes;
-  if (same_properties && entry->game == record) return;
+  if (same_properties && entry->game == record) return {};
   // Snapshots tell that properties did not change by the address of their bytes.
-  Put({id, entry == nullptr ? 0 : entry->change,
-       same_properties ? entry->bytes : std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)), record});
+  return {true,
+          Put({id, entry == nullptr ? 0 : entry->change,
+               same_properties ? entry->bytes : std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)),
+               std::move(record)})};
 }
 
 void RecordTable::Put(BodyId id, const game::GameRecord& record) {
@@ -131,12 +136,12 @@ void RecordTable::IncludePlayer(const KeptRecord& entry) {
   Include(entry.body, !entry.game.player->limits.empty(), limited_);
 }
 
-void RecordTable::Put(KeptRecord entry) {
+std::optional<KeptRecord> RecordTable::Put(KeptRecord entry) {
   const BodyId id = entry.body;
   if (keep_news_) news_.push_back(id);
-  const auto at = std::lower_bound(all_.begin(), all_.end(), id, kRecordBefore);
-  const bool known = at != all_.end() && at->body == id;
-  if (known && at->game.next_due()) due_.erase({*at->game.next_due(), id});
+  const std::size_t place = PlaceOf(id);
+  KeptRecord* const known = place < all_.size() && all_[place].body == id ? all_[place].record.get() : nullptr;
+  if (known != nullptr && known->game.next_due()) due_.erase({*known->game.next_due(), id});
   if (entry.game.next_due()) due_.emplace(*entry.game.next_due(), id);
   if (entry.game.acts()) {
     acting_.insert(id);
@@ -169,17 +174,17 @@ void RecordTable::Put(KeptRecord entry) {
     eventful_.insert(id);
   }
   IncludePlayer(entry);
-  if (known) {
-    *at = std::move(entry);
-  } else {
-    all_.insert(at, std::move(entry));
-  }
+  if (known != nullptr) return std::exchange(*known, std::move(entry));
+  all_.insert(all_.begin() + static_cast<std::ptrdiff_t>(place),
+              RecordPlace{id, std::make_unique<KeptRecord>(std::move(entry))});
+  return std::nullopt;
 }
 
 void RecordTable::Release(BodyId id) {
-  const KeptRecord* entry = Find(id);
-  if (entry == nullptr) return;
-  if (entry->game.next_due()) due_.erase({*entry->game.next_due(), id});
+  const std::size_t place = PlaceOf(id);
+  if (place == all_.size() || all_[place].body != id) return;
+  const KeptRecord& entry = *all_[place].record;
+  if (entry.game.next_due()) due_.erase({*entry.game.next_due(), id});
   acting_.erase(id);
   mailing_.erase(id);
   jointed_.erase(id);
@@ -187,7 +192,7 @@ void RecordTable::Release(BodyId id) {
   steering_.erase(id);
   eventful_.erase(id);
   IncludePlayer({id, 0, nullptr, {}});
-  all_.erase(all_.begin() + (entry - all_.data()));
+  all_.erase(all_.begin() + static_cast<std::ptrdiff_t>(place));
 }
 
 void RecordTable::KeepNews(bool on) {
@@ -208,11 +213,11 @@ std::vector<KeptRecord> RecordTable::TakeNews() {
 }
 
 void RecordTable::Validate() const {
-  assert(Ascends(all_, &KeptRecord::body));
+  assert(Ascends(all_, &RecordPlace::body));
   assert(due_.size() == static_cast<std::size_t>(std::ranges::count_if(
-                            all_, [](const KeptRecord& entry) { return entry.game.next_due().has_value(); })));
-  assert(acting_.size() == static_cast<std::size_t>(
-                               std::ranges::count_if(all_, [](const KeptRecord& entry) { return entry.game.acts(); })));
+                            all_, [](const RecordPlace& entry) { return entry.record->game.next_due().has_value(); })));
+  assert(acting_.size() == static_cast<std::size_t>(std::ranges::count_if(
+                               all_, [](const RecordPlace& entry) { return entry.record->game.acts(); })));
 }
 
 }  // namespace tessera::region

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string_view>
@@ -19,6 +20,7 @@
 
 #include "absl/status/status.h"
 #include "core/game/record.h"
+#include "core/region/record_list.h"
 #include "core/world/ids.h"
 #include "core/world/properties.h"
 
@@ -52,7 +54,7 @@ CarriedRecord CarriedFrom(const KeptRecord& record);
 class RecordTable {
  public:
   // Ascending by body.
-  std::span<const KeptRecord> all() const { return all_; }
+  RecordList all() const { return RecordList(all_); }
   const KeptRecord* Find(BodyId id) const;
   // The record that the body takes along; empty if it has none.
   CarriedRecord Of(BodyId id) const;
@@ -72,8 +74,13 @@ class RecordTable {
   // the last one's of that body does nothing. Requires `change` > 0.
   absl::Status Set(BodyId id, std::span<const PropertyDef> defs, std::string_view name, PropertyValue value,
                    std::uint64_t change);
+  // The record that there was before a change; nothing if there was none.
+  struct Replaced {
+    bool changed = false;
+    std::optional<KeptRecord> before;
+  };
   // A call of a game has ended: the body's properties and record as it left them.
-  void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record);
+  Replaced Commit(BodyId id, const PropertySet& changed, game::GameRecord record);
   // The record of a body that is owned here becomes this.
   void Put(BodyId id, const game::GameRecord& record);
   // The step to `tick` is about to be made, with all that acts in it.
@@ -100,10 +107,11 @@ class RecordTable {
   void Validate() const;
 
  private:
-  void Put(KeptRecord entry);
+  std::optional<KeptRecord> Put(KeptRecord entry);  // in whose place
+  std::size_t PlaceOf(BodyId id) const;             // of the first whose body is not before this one
   void IncludePlayer(const KeptRecord& entry);
 
-  std::vector<KeptRecord> all_;
+  std::vector<RecordPlace> all_;
   std::set<std::pair<Tick, BodyId>> due_;             // the first timer of each body; written with all_
   std::set<BodyId> acting_;                           // written with all_
   std::set<BodyId> mailing_;                          // written with all_

@@ -98,19 +98,17 @@ void RegionGame::NoteMade(BodyId id) {
   records_.Commit(id, ChangedOf(id), record);
 }
 
-void RegionGame::Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record, bool together) {
-  const KeptRecord* const now = records_.Find(id);
-  const std::optional<KeptRecord> before = now == nullptr ? std::nullopt : std::optional(*now);
-  records_.Commit(id, changed, record);
-  const KeptRecord* const after = records_.Find(id);
-  if (after != nullptr) {
-    output_.Changed(before ? &*before : nullptr, *after, tick_);
-    if (id != kInstanceBody) shared_.Changed(before ? &*before : nullptr, *after, tick_);
-  }
+void RegionGame::Commit(BodyId id, const PropertySet& changed, game::GameRecord record, bool together) {
   if (together) output_.Bound(id, tick_);
+  const RecordTable::Replaced replaced = records_.Commit(id, changed, std::move(record));
+  if (!replaced.changed) return;
+  const KeptRecord* const before = replaced.before ? &*replaced.before : nullptr;
+  const KeptRecord& after = *records_.Find(id);
+  output_.Changed(before, after, tick_);
+  if (id != kInstanceBody) shared_.Changed(before, after, tick_);
   static const BodyTuning kUntuned;
-  const BodyTuning& was = before ? before->game.tuning : kUntuned;
-  if (was != record.tuning) ownership_.Tune(id, record.tuning);
+  const BodyTuning& was = before != nullptr ? before->game.tuning : kUntuned;
+  if (was != after.game.tuning) ownership_.Tune(id, after.game.tuning);
 }
 
 void RegionGame::Spawn(BodyId id, const BodyState& state) {
@@ -222,9 +220,10 @@ PropertySet RegionGame::KnownOfInstance() const {
   return PropertySet::Decode(messages_.InstanceProperties(tick_), scene().instance_properties).value_or(PropertySet());
 }
 
-game::GameRecord RegionGame::RecordOf(BodyId id) const {
+const game::GameRecord& RegionGame::RecordOf(BodyId id) const {
+  static const game::GameRecord kNone;
   const KeptRecord* record = records_.Find(id);
-  return record == nullptr ? game::GameRecord() : record->game;
+  return record == nullptr ? kNone : record->game;
 }
 
 }  // namespace tessera::region

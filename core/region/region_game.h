@@ -122,7 +122,7 @@ class RegionGame : private game::GameWorld {
   std::vector<BodyId> PlayerBodies() const override;
   std::vector<BodyId> Commanded() const override { return {records_.commanded().begin(), records_.commanded().end()}; }
   PropertySet ChangedOf(BodyId id) const override;
-  game::GameRecord RecordOf(BodyId id) const override;
+  const game::GameRecord& RecordOf(BodyId id) const override;
   PropertySet KnownOfInstance() const override;
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
   std::optional<JointId> NextJoint() override { return ids_.NextJoint(); }
@@ -133,7 +133,7 @@ class RegionGame : private game::GameWorld {
   std::vector<BodyId> AssemblyOf(BodyId id) const override;
   bool AreConnected(BodyId a, BodyId b) const override;
   bool IsRemoved(BodyId id) const override;
-  void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record, bool together) override;
+  void Commit(BodyId id, const PropertySet& changed, game::GameRecord record, bool together) override;
   void Spawn(BodyId id, const BodyState& state) override;
   void Place(BodyId id, const BodyState& state) override { ownership_.Place(id, state); }
   void Remove(BodyId id) override;

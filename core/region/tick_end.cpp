@@ -124,11 +124,12 @@ std::vector<OutgoingFrame> MakeFrames(RegionParts& parts) {
 
 Bytes WriteLog(RegionParts& parts) {
   const std::vector<PairChange> changes = parts.reports.TakeChanges();
-  const std::vector<KeptRecord> news = parts.records.TakeNews();
+  std::vector<KeptRecord> news = parts.records.TakeNews();
   const bool whole = parts.log.whole();
+  if (whole) news.assign(parts.records.all().begin(), parts.records.all().end());
   LogView view{parts.self(), parts.incarnation,        parts.tick, parts.bodies.owned(), {}, {},
                changes,      &parts.grants_out.kept(), {}};
-  view.records = whole ? parts.records.all() : std::span<const KeptRecord>(news);
+  view.records = news;
   view.tombstones = parts.tombstones.All();
   view.bodiless = parts.bodies.bodiless();
   view.blasts = parts.blasts.all();

@@ -127,7 +127,10 @@ class FakeGameWorld : public GameWorld {
   PropertySet ChangedOf(BodyId id) const override {
     return bodies_.contains(id) ? bodies_.at(id).changed : PropertySet();
   }
-  GameRecord RecordOf(BodyId id) const override { return bodies_.contains(id) ? bodies_.at(id).record : GameRecord(); }
+  const GameRecord& RecordOf(BodyId id) const override {
+    static const GameRecord kNone;
+    return bodies_.contains(id) ? bodies_.at(id).record : kNone;
+  }
   PropertySet KnownOfInstance() const override { return known_; }
   void set_known_of_instance(PropertySet known) { known_ = std::move(known); }
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
@@ -160,10 +163,10 @@ class FakeGameWorld : public GameWorld {
     return std::ranges::any_of(record.joints, [&](const GameJoint& joint) { return joint.other == std::max(a, b); });
   }
   bool IsRemoved(BodyId id) const override { return !bodies_.contains(id); }
-  void Commit(BodyId id, const PropertySet& changed, const GameRecord& record, bool together) override {
+  void Commit(BodyId id, const PropertySet& changed, GameRecord record, bool together) override {
     ++commits_;
     bodies_.at(id).changed = changed;
-    bodies_.at(id).record = record;
+    bodies_.at(id).record = std::move(record);
     bodies_.at(id).together = together;
   }
   // Whether the body's last change came with those of others.
