@@ -27,7 +27,11 @@ void PoseHistory::Note(Tick tick, double tick_s, const BodyStore& bodies, const 
   Fill(bodies, noted.fixed, frame.fixed);
   frames_.push_back(std::move(frame));
   const Tick oldest = frames_.front().tick;
-  std::erase_if(gone_, [oldest](const auto& entry) { return entry.second.since < oldest; });
+  for (; !left_.empty() && left_.front().first < oldest; left_.pop_front()) {
+    // One that came back and went again is known for longer.
+    const auto gone = gone_.find(left_.front().second);
+    if (gone != gone_.end() && gone->second.since < oldest) gone_.erase(gone);
+  }
 }
 
 void PoseHistory::Fill(const BodyStore& bodies, std::span<const BodyId> ids, std::vector<Pose>& poses) {
@@ -44,11 +48,13 @@ void PoseHistory::Fill(const BodyStore& bodies, std::span<const BodyId> ids, std
 void PoseHistory::Left(const RigidBody& body) {
   if (frames_.empty() || !(body.dynamic() || body.kinematic())) return;
   gone_[body.id()] = {frames_.back().tick, body.shared_geometry(), body.layer().index, body.dynamic(), body.trigger()};
+  left_.emplace_back(frames_.back().tick, body.id());
 }
 
 void PoseHistory::Forget() {
   frames_.clear();
   gone_.clear();
+  left_.clear();
 }
 
 bool PoseHistory::Covers(double at) const {

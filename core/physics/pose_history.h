@@ -17,6 +17,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
@@ -86,6 +87,7 @@ class PoseHistory {
   double tick_s_ = 0;
   std::deque<Frame> frames_;  // frames of ticks that follow each other
   std::map<BodyId, Gone> gone_;
+  std::deque<std::pair<Tick, BodyId>> left_;  // in which order they went, so that none is looked at before its time
 };
 
 }  // namespace tessera::physics
