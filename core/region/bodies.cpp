@@ -45,9 +45,8 @@ std::ptrdiff_t Bodies::IndexOf(BodyId id) const {
     const std::ptrdiff_t place = PlaceOf(id);
     return place < std::ssize(owned_) ? place : -1;
   }
-  const auto it = std::lower_bound(owned_.begin(), owned_.end(), id,
-                                   [](const OwnedBody& b, BodyId wanted) { return b.def->id < wanted; });
-  return it != owned_.end() && it->def->id == id ? it - owned_.begin() : -1;
+  const auto it = std::ranges::lower_bound(owned_ids_, id);
+  return it != owned_ids_.end() && *it == id ? it - owned_ids_.begin() : -1;
 }
 
 const Ghost* Bodies::FindGhost(BodyId id) const {
@@ -117,7 +116,7 @@ void Bodies::NotePlaces() {
     }
     ++place;
   };
-  for (const OwnedBody& body : owned_) note(body.def->id);
+  for (const BodyId id : owned_ids_) note(id);
   for (const Ghost& ghost : ghosts_) note(ghost.record.id);
   places_noted_ = true;
   assert(places_.size() == places());
@@ -139,10 +138,10 @@ void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state, bool jumped) {
   } else {
     AddToWorld(*def, state);
   }
-  const auto at = std::lower_bound(owned_.begin(), owned_.end(), id,
-                                   [](const OwnedBody& b, BodyId wanted) { return b.def->id < wanted; });
-  radii_m_.insert(radii_m_.begin() + (at - owned_.begin()), RadiusOf(id));
-  owned_.insert(at, OwnedBody{def, epoch, world_.StateOf(id), def->gravity_scale});
+  const auto place = std::ranges::lower_bound(owned_ids_, id) - owned_ids_.begin();
+  owned_ids_.insert(owned_ids_.begin() + place, id);
+  radii_m_.insert(radii_m_.begin() + place, RadiusOf(id));
+  owned_.insert(owned_.begin() + place, OwnedBody{def, epoch, world_.StateOf(id), def->gravity_scale});
 }
 
 void Bodies::Restore(BodyId id, Epoch epoch, const BodyState& state) {
@@ -155,8 +154,7 @@ void Bodies::BecomeGhost(const GhostRecord& record, RegionId owner) {
   assert(index >= 0);
   OwnedChanged();
   Ghost ghost{record, owner, owned_[static_cast<std::size_t>(index)].def, true, false};
-  owned_.erase(owned_.begin() + index);
-  radii_m_.erase(radii_m_.begin() + index);
+  TakeOutOwned(index);
   const auto at = std::lower_bound(ghosts_.begin(), ghosts_.end(), record.id,
                                    [](const Ghost& g, BodyId wanted) { return g.record.id < wanted; });
   ghosts_.insert(at, ghost);
@@ -166,9 +164,14 @@ void Bodies::RemoveOwned(BodyId id) {
   const std::ptrdiff_t index = IndexOf(id);
   assert(index >= 0);
   OwnedChanged();
-  owned_.erase(owned_.begin() + index);
-  radii_m_.erase(radii_m_.begin() + index);
+  TakeOutOwned(index);
   RemoveFromWorld(id);
+}
+
+void Bodies::TakeOutOwned(std::ptrdiff_t index) {
+  owned_.erase(owned_.begin() + index);
+  owned_ids_.erase(owned_ids_.begin() + index);
+  radii_m_.erase(radii_m_.begin() + index);
 }
 
 void Bodies::Teleport(BodyId id, const BodyState& state) {
@@ -281,14 +284,12 @@ void Bodies::Unpark(BodyId id) {
 }
 
 void Bodies::NotePoses(Tick tick, double tick_s, std::size_t ticks) {
-  noted_own_.clear();
   noted_ghosts_.clear();
   noted_fixed_.clear();
-  for (const OwnedBody& body : owned_) noted_own_.push_back(body.def->id);
   for (const Ghost& ghost : ghosts_) noted_ghosts_.push_back(ghost.record.id);
   for (const BodyDef* def : on_paths_) noted_fixed_.push_back(def->id);
   std::ranges::sort(noted_fixed_);
-  world_.NotePoses(tick, tick_s, {noted_own_, noted_ghosts_, noted_fixed_}, ticks);
+  world_.NotePoses(tick, tick_s, {owned_ids_, noted_ghosts_, noted_fixed_}, ticks);
 }
 
 void Bodies::Step(double tick_s, Tick tick) {
@@ -300,8 +301,7 @@ void Bodies::Step(double tick_s, Tick tick) {
   stepped_places_ = places();
   changed_since_step_ = false;
   if (!catalog_.has_game()) return;
-  stepped_ids_.clear();
-  for (const OwnedBody& body : owned_) stepped_ids_.push_back(body.def->id);
+  stepped_ids_ = owned_ids_;
   for (const Ghost& ghost : ghosts_) stepped_ids_.push_back(ghost.record.id);
 }
 
@@ -402,6 +402,7 @@ void Bodies::Validate() const {
   assert(Ascends(bodiless_, [](const OwnedBody& entity) { return entity.def->id; }));
   assert(std::ranges::none_of(bodiless_, [this](const OwnedBody& entity) { return IndexOf(entity.def->id) >= 0; }));
   assert(radii_m_.size() == owned_.size());
+  assert(std::ranges::equal(owned_, owned_ids_, {}, [](const OwnedBody& body) { return body.def->id; }));
   assert(std::ranges::all_of(owned_, [this](const OwnedBody& body) {
     return world_.Has(body.def->id) && FindGhost(body.def->id) == nullptr;
   }));

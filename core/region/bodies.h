@@ -42,6 +42,7 @@ class Bodies {
   // --- Who is here.
   const physics::World& world() const { return world_; }
   std::span<const OwnedBody> owned() const { return owned_; }
+  std::span<const BodyId> owned_ids() const { return owned_ids_; }  // beside owned()
   std::span<const Ghost> ghosts() const { return ghosts_; }
   // Bound of the shape of an owned body about its centre of mass, m.
   double radius_m(std::size_t index) const { return radii_m_[index]; }
@@ -145,6 +146,7 @@ class Bodies {
   void TuneInWorld(const BodyDef& def, const BodyTuning& tuning);
   double RadiusOf(BodyId id) const;
   void OwnedChanged();
+  void TakeOutOwned(std::ptrdiff_t index);  // of the lists alone
   void FollowPaths(Tick tick);
   // Parts of ReadBack. The first two read all states, and those that may be others than before; they fill absurd_.
   void ReadAll();
@@ -155,7 +157,8 @@ class Bodies {
   const Catalog& catalog_;
   physics::World world_;
   std::vector<OwnedBody> owned_;
-  std::vector<double> radii_m_;  // beside owned_
+  std::vector<BodyId> owned_ids_;  // beside owned_, and all that looking for a body reads
+  std::vector<double> radii_m_;    // beside owned_
   std::vector<OwnedBody> bodiless_;
   std::map<BodyId, BodyDef> bodiless_defs_;  // definitions of bodiless_; nothing but their ids counts
   std::vector<Ghost> ghosts_;
@@ -169,7 +172,7 @@ class Bodies {
   std::vector<std::vector<BodyId>> assemblies_;     // those that game joints make, each ascending
   std::map<BodyId, std::size_t> game_assembly_of_;  // index into assemblies_
   std::vector<const BodyDef*> on_paths_;
-  std::vector<BodyId> noted_own_, noted_ghosts_, noted_fixed_;  // scratch of NotePoses
+  std::vector<BodyId> noted_ghosts_, noted_fixed_;  // scratch of NotePoses
   std::optional<Tick> on_paths_at_;
   std::vector<BodyId> reread_;       // outside of steps they came to have a state that owned() does not have
   std::vector<BodyId> absurd_;       // scratch of ReadBack: ascending in the end

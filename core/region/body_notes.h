@@ -24,8 +24,8 @@ class BodyNotes {
     std::vector<Note> notes(bodies.owned().size());
     keys.reserve(bodies.owned().size());
     std::size_t old = 0;
-    for (const OwnedBody& body : bodies.owned()) {
-      const Key key{body.def->id, body.epoch};
+    for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+      const Key key{bodies.owned_ids()[i], bodies.owned()[i].epoch};
       while (old < keys_.size() && keys_[old].first < key.first) ++old;
       if (old < keys_.size() && keys_[old] == key) notes[keys.size()] = std::move(notes_[old]);
       keys.push_back(key);
