@@ -125,7 +125,8 @@ absl::StatusOr<tessera_game_value> CallFunction(tessera_game_call& call, std::ui
   if (effect) {
     // A task for another region is a message here, and an effect there.
     const bool elsewhere = returned.ok() && IsVerb(function) && call->transaction.sent() > sent;
-    EffectCount& count = call->effects[static_cast<std::size_t>(elsewhere ? Effect::kMessage : *effect)];
+    if (!call->effects) call->effects.emplace();
+    EffectCount& count = (*call->effects)[static_cast<std::size_t>(elsewhere ? Effect::kMessage : *effect)];
     ++(returned.ok() ? count.done : count.refused);
   }
   if (!returned.ok()) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,7 +48,7 @@ struct tessera_game_call {
   std::string text;
   std::vector<tessera_game_value> values;
   std::vector<tessera_game_field> fields;
-  tessera::game::EffectCounts effects{};                 // `done`: if the call succeeds
+  std::optional<tessera::game::EffectCounts> effects;    // of a call that asked for any; `done`: if it succeeds
   std::vector<tessera::game::ControlNews> control_news;  // from a message that was carried out
 };
 

@@ -260,7 +260,7 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
   statistics_.instructions += instructions;
   ++statistics_.calls;
   NoteCost(handler, callback, kind, instructions, failed);
-  NoteEffects(call.effects, failed);
+  if (call.effects) NoteEffects(*call.effects, failed);
   if (failed) {
     Transaction nothing = Begin(world);
     prepare(nothing);
