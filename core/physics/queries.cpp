@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <optional>
+#include <span>
 
 #include "core/physics/query/tuning.h"
 
@@ -102,7 +103,9 @@ QueryResult Queries::Find(const BodyQuery& query, const BodyPredicate& accept) {
 
 std::vector<Queries::Candidate> Queries::CandidatesOf(const BodyQuery& query, const Way& way, Vec3d half_m,
                                                       WorkMeter& meter) {
-  FindStrays();
+  // Strays are awake, and so dynamic: who looks for static bodies alone has nothing to do with them.
+  if (query.filter.dynamic_bodies) FindStrays();
+  const std::span<RigidBody* const> strays(strays_.data(), query.filter.dynamic_bodies ? strays_.size() : 0);
   std::vector<BodyId> ignored = query.filter.ignored;
   SortUnique(&ignored);
   std::vector<Candidate> candidates;
@@ -117,11 +120,11 @@ std::vector<Queries::Candidate> Queries::CandidatesOf(const BodyQuery& query, co
     return meter.Spend(kCandidateWork);
   };
   // A stray may be in the trees' bounds all the same.
-  for (RigidBody* body : strays_) {
+  for (RigidBody* body : strays) {
     if (!visit(*body)) return candidates;
   }
   broad_phase_.Along(way, half_m, [&](RigidBody& body) {
-    return std::binary_search(strays_.begin(), strays_.end(), &body) || visit(body);
+    return std::binary_search(strays.begin(), strays.end(), &body) || visit(body);
   });
   return candidates;
 }
