@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -47,6 +48,10 @@ class PackWriter {
   void Real(const char*, double v, double, double) { out_.F64(v); }
   void Real(const char*, float v, double, double) { out_.F32(v); }
   void Flag(const char*, bool v) { out_.U8(v ? 1 : 0); }
+  template <std::size_t kCount>
+  void Digest(const char*, const std::array<std::uint8_t, kCount>& v) {
+    out_.Bytes(v);
+  }
   template <class U>
   void Number(const char*, U v, std::uint64_t, std::uint64_t) {
     out_.Varint(v);
@@ -111,6 +116,11 @@ class PackReader {
     const std::uint8_t byte = in_.U8();
     if (Read(field) && byte > 1) Fail(field, "is neither 0 nor 1");
     v = ok() && byte == 1;
+  }
+  template <std::size_t kCount>
+  void Digest(const char* field, std::array<std::uint8_t, kCount>& v) {
+    in_.Fill(v);
+    (void)Read(field);
   }
   template <class U>
   void Number(const char* field, U& v, std::uint64_t low, std::uint64_t high) {

@@ -10,6 +10,7 @@
 #include "core/world/byte_view.h"
 #include "core/world/packed_body.h"
 #include "core/world/packed_joint.h"
+#include "core/world/packed_level.h"
 #include "core/world/packed_rules.h"
 #include "core/world/utf8.h"
 
@@ -20,8 +21,9 @@ using packed::PackReader;
 using packed::PackWriter;
 
 constexpr std::string_view kPackedMagic = "TSRS";
-// In this order; each once.
-constexpr std::array<std::string_view, 4> kChunkIds{"RULE", "SHAP", "BODY", "JOIN"};
+// In this order; each once, the last only of a scene in tiles.
+constexpr std::array<std::string_view, 5> kChunkIds{"RULE", "SHAP", "BODY", "JOIN", "TILE"};
+std::size_t ChunksIn(std::uint16_t version) { return version == kPackedSceneVersion ? 5 : 4; }
 
 // Null if there is no such body.
 const BodyDef* FindBody(const std::vector<BodyDef>& bodies, BodyId id) {
@@ -70,11 +72,11 @@ absl::StatusOr<Chunks> ChunksOf(std::span<const std::uint8_t> bytes) {
   const std::uint16_t version = in.U16();
   if (!in.ok()) return BadPack("truncated");
   if (version < kPlainSceneVersion || version > kPackedSceneVersion) {
-    return BadPack(absl::StrCat("of version ", version, "; this program reads ", kPlainSceneVersion, " and ",
-                                kPackedSceneVersion));
+    return BadPack(
+        absl::StrCat("of version ", version, "; this program reads ", kPlainSceneVersion, " to ", kPackedSceneVersion));
   }
   Chunks chunks{version, {}};
-  for (std::size_t i = 0; i < kChunkIds.size(); ++i) {
+  for (std::size_t i = 0; i < ChunksIn(version); ++i) {
     const std::string id(AsText(in.Bytes(kChunkIds[i].size())));
     const std::uint64_t size = in.U64();
     if (in.ok() && id != kChunkIds[i]) {
@@ -95,10 +97,13 @@ absl::Status Finished(const PackReader& io) {
 
 }  // namespace
 
-std::vector<std::uint8_t> PackScene(const Scene& scene) {
-  const bool visuals = HasVisuals(scene);
-  packed::ShapeTable shapes(visuals);
+void packed::AddShapesOf(const Scene& scene, ShapeTable& shapes) {
   ForEachShape(scene, [&](const ShapePtr& shape) { shapes.Add(shape); });
+}
+
+std::vector<std::uint8_t> packed::WriteScene(const Scene& scene, ShapeTable& shapes, std::uint16_t version,
+                                             std::vector<std::uint8_t> tiles) {
+  AddShapesOf(scene, shapes);
   const packed::Context context{shapes, scene.properties, scene.kinds.size(), scene.layers.size()};
   std::array<PackWriter, kChunkIds.size()> chunks;
   packed::RulesOf(chunks[0], scene, context);
@@ -108,16 +113,23 @@ std::vector<std::uint8_t> PackScene(const Scene& scene) {
   packed::PlayerAndPrefabsOf(chunks[2], scene, context);
   chunks[3].List("joints", scene.joints, 0, kMaxJoints, packed::kMinJointBytes,
                  [&](const JointDef& joint) { packed::JointOf(chunks[3], joint); });
+  chunks[4].Raw(tiles);
   ByteWriter out;
   out.Text(kPackedMagic);
-  out.U16(visuals ? kPackedSceneVersion : kPlainSceneVersion);
-  for (std::size_t i = 0; i < kChunkIds.size(); ++i) {
+  out.U16(version);
+  for (std::size_t i = 0; i < ChunksIn(version); ++i) {
     const std::vector<std::uint8_t> bytes = chunks[i].Take();
     out.Text(kChunkIds[i]);
     out.U64(bytes.size());
     out.Bytes(bytes);
   }
   return out.Take();
+}
+
+std::vector<std::uint8_t> PackScene(const Scene& scene) {
+  const bool visuals = HasVisuals(scene);
+  packed::ShapeTable shapes(visuals);
+  return packed::WriteScene(scene, shapes, visuals ? kDrawnSceneVersion : kPlainSceneVersion, {});
 }
 
 // The chunks one after the other; `left` and the ids before belong to the list under way.
@@ -179,16 +191,28 @@ struct SceneUnpacker::Impl {
       if (status.ok()) BeginBodies();
     } else if (at == 2) {
       if (BodiesOn(bytes)) EndBodies();
-    } else if (JointsOn(bytes)) {
+    } else if (at == 3) {
+      if (!JointsOn(bytes)) return;
       Leave();
-      done = true;
+      done = status.ok() && chunks->version != kPackedSceneVersion;
+      if (status.ok() && !done) Enter(4);
+    } else {
+      ReadIndex();
     }
+  }
+  void ReadIndex() {
+    index = std::make_shared<LevelIndex>();
+    packed::IndexOf(*io, *index);
+    Leave();
+    index->shapes = shapes.TakeShapes();
+    done = true;
   }
   std::size_t Remaining() const { return io ? io->remaining() : 0; }
 
   absl::StatusOr<Chunks> chunks;
   absl::Status status;
   std::shared_ptr<Scene> scene = std::make_shared<Scene>();
+  std::shared_ptr<LevelIndex> index;
   packed::ShapeTable shapes;
   packed::Context context{shapes, {}, 0, 0};
   std::optional<PackReader> io;
@@ -218,6 +242,8 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneUnpacker::Take() {
   if (!impl_->status.ok()) return impl_->status;
   return std::shared_ptr<const Scene>(std::move(impl_->scene));
 }
+
+std::shared_ptr<const LevelIndex> SceneUnpacker::index() const { return impl_->index; }
 
 absl::Status CheckPackedScene(std::span<const std::uint8_t> bytes) { return ChunksOf(bytes).status(); }
 

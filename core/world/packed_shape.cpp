@@ -66,17 +66,24 @@ std::vector<std::uint8_t> ShapeTable::BytesOf(const Shape& shape) const {
   return io.Take();
 }
 
-void ShapeTable::Add(const ShapePtr& shape) {
-  if (by_place_.contains(shape.get())) return;
+std::size_t ShapeTable::Add(const ShapePtr& shape) {
+  if (const auto known = by_place_.find(shape.get()); known != by_place_.end()) return known->second;
   if (const auto* compound = std::get_if<CompoundShape>(&shape->form)) {
     for (const CompoundChild& child : compound->children) Add(child.shape);
   }
   std::vector<std::uint8_t> bytes = BytesOf(*shape);
-  const auto [at, fresh] = by_content_.emplace(std::string(AsText(bytes)), shapes_.size());
+  std::string content(AsText(bytes));
+  if (below_table_ != nullptr) {
+    const auto below = below_table_->by_content_.find(content);
+    if (below != below_table_->by_content_.end()) return by_place_[shape.get()] = below->second;
+  }
+  const auto [at, fresh] = by_content_.emplace(std::move(content), size());
   by_place_.emplace(shape.get(), at->second);
-  if (!fresh) return;
-  shapes_.push_back(shape);
-  bytes_.push_back(std::move(bytes));
+  if (fresh) {
+    shapes_.push_back(shape);
+    bytes_.push_back(std::move(bytes));
+  }
+  return at->second;
 }
 
 void ShapeTable::Write(PackWriter& io) const {
@@ -163,14 +170,14 @@ bool ShapeTable::HeightsOn(PackReader& io, HeightFieldShape& field, std::size_t 
 }
 
 void ShapeTable::Reference(PackWriter& io, const char* field, const ShapePtr& shape) const {
-  io.Number(field, by_place_.at(shape.get()), 0, shapes_.size());
+  io.Number(field, by_place_.at(shape.get()), 0, size());
 }
 
 void ShapeTable::Reference(PackReader& io, const char* field, ShapePtr& shape) const {
   std::size_t place = 0;
-  if (shapes_.empty()) return io.Fail(field, "there are no shapes before it");
-  io.Number(field, place, 0, shapes_.size() - 1);
-  if (io.ok()) shape = shapes_[place];
+  if (size() == 0) return io.Fail(field, "there are no shapes before it");
+  io.Number(field, place, 0, size() - 1);
+  if (io.ok()) shape = At(place);
 }
 
 }  // namespace tessera::packed

@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/world/byte_view.h"
@@ -129,10 +131,15 @@ class ShapeTable {
  public:
   // Without visuals it writes none, and reads none: a scene that has none is packed as before there were any.
   explicit ShapeTable(bool with_visuals) : with_visuals_(with_visuals) {}
+  // On top of another table, whose shapes have the first places: a writer's, or what a reader has read. They outlive
+  // it. With visuals.
+  explicit ShapeTable(const ShapeTable* below) : with_visuals_(true), below_(below->shapes_), below_table_(below) {}
+  explicit ShapeTable(std::span<const ShapePtr> below) : with_visuals_(true), below_(below) {}
 
-  // For a writer: adds the shape, and what it is made of, if it is not there yet.
-  void Add(const ShapePtr& shape);
-  std::size_t size() const { return shapes_.size(); }
+  // For a writer: adds the shape, and what it is made of, if it is not there yet; its place.
+  std::size_t Add(const ShapePtr& shape);
+  std::size_t size() const { return below_.size() + shapes_.size(); }
+  std::vector<ShapePtr> TakeShapes() { return std::move(shapes_); }
 
   void Write(PackWriter& io) const;
   // Reads about `bytes`; true once it has come to the end, or failed.
@@ -143,6 +150,9 @@ class ShapeTable {
 
  private:
   std::vector<std::uint8_t> BytesOf(const Shape& shape) const;
+  const ShapePtr& At(std::size_t place) const {
+    return place < below_.size() ? below_[place] : shapes_[place - below_.size()];
+  }
   void BeginShape(PackReader& io);
   bool LargeOn(PackReader& io, std::size_t bytes);
   bool MeshOn(PackReader& io, TriangleMeshShape& mesh, std::size_t bytes);
@@ -157,6 +167,8 @@ class ShapeTable {
   };
 
   bool with_visuals_;
+  std::span<const ShapePtr> below_;
+  const ShapeTable* below_table_ = nullptr;  // for a writer
   std::vector<ShapePtr> shapes_;
   Progress progress_;
   std::vector<std::vector<std::uint8_t>> bytes_;             // for a writer
