@@ -120,6 +120,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   if (me.last_poll.has_value()) me.frame_time.Add(me.since_last_poll);
   me.last_poll = now;
   me.work.now = 0;
+  me.leaving_tiles.clear();
   if (me.replay) {
     me.PlayBack(now);
     me.MeasureRates(now);
@@ -134,6 +135,8 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   }
   if (me.state != ClientState::kEnded) {
     me.AskForScene(now);
+    me.ReadTiles(now);
+    me.AskForTiles(now);
     me.world.Expire(now, me.events);
     me.Follow(now);
     me.SettlePairs(now);
@@ -208,7 +211,18 @@ const BodyDef* Client::DefOf(BodyId body) const {
   }
   const auto found = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), body,
                                       [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
-  return found == scene.bodies.end() || found->id != body ? nullptr : &*found;
+  if (found != scene.bodies.end() && found->id == body) return &*found;
+  const TilePart* part = impl_->tiles ? impl_->tiles->PartOf(body) : nullptr;
+  return part != nullptr ? &part->body : nullptr;
+}
+const LevelIndex* Client::Tiles() const { return impl_->tiles ? &impl_->tiles->index() : nullptr; }
+std::shared_ptr<const Tile> Client::TileAt(std::uint32_t tile) const {
+  const bool known = impl_->tiles && tile < impl_->tiles->index().tiles.size();
+  return known ? impl_->tiles->TileAt(tile) : nullptr;
+}
+void Client::ViewTiles(std::optional<Vec3d> centre, double radius_m) {
+  impl_->tile_centre = centre;
+  impl_->tile_radius_m = radius_m;
 }
 std::optional<PropertyValue> Client::PropertyOf(BodyId body, std::string_view name) const {
   const Scene& scene = *impl_->session.scene;
@@ -264,6 +278,11 @@ ClientStats Client::Impl::Stats() const {
   }
   stats.work_units = me.work.now;
   stats.most_work_units = me.work.most;
+  if (me.tiles) {
+    stats.tiles = me.tiles->here();
+    stats.tile_bytes = me.tiles->bytes_here();
+    stats.tiles_damaged = me.tiles->damaged();
+  }
   stats.predicting = me.predictor && me.predictor->running();
   stats.playout_jumps = me.playout.jumps();
   stats.frame_time = me.frame_time.Summary();

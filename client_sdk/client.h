@@ -36,6 +36,7 @@
 #include "client_sdk/network_conditions.h"
 #include "client_sdk/stats.h"
 #include "core/world/body_tuning.h"
+#include "core/world/level_tiles.h"
 #include "core/world/partition_map.h"
 #include "core/world/prefab.h"
 #include "core/world/properties.h"
@@ -138,8 +139,10 @@ struct ClientEvent {
     // and off_m: how far the two were apart, which is blended away.
     kSpawnTaken,
     kSpawnLost,  // body: as PredictSpawn called it, which is gone: the game did not make it, or not in time; detail
+    kTileCame,   // tile: TileAt has it from now on
+    kTileGone,   // tile: the view has moved away from it; what it holds is there until the next Poll
   };
-  static constexpr Kind kLastKind = Kind::kSpawnLost;
+  static constexpr Kind kLastKind = Kind::kTileGone;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`, where they are a pair
@@ -151,6 +154,7 @@ struct ClientEvent {
   bool since_before =
       false;  // for a pair that begins: it touched or overlapped already when the region was connected to
   double off_m = 0;
+  std::uint32_t tile = 0;  // its place in Tiles()
 };
 
 // How the world's time goes. A tick is as long in the world's own time at each pace, so fewer of them are slow motion.
@@ -259,9 +263,19 @@ class Client {
   // Makes its holder this player, until it leaves: to be kept where a later process of the game finds it. Secret. The
   // process that joins with it last plays; the others end.
   std::vector<std::uint8_t> return_token() const;
+  // Of a large level without what is in tiles.
   const Scene& scene() const;
+  // The tiles of a large level, which come as the view reaches them; null: all of the level is in scene(). A client by
+  // a control plane has all of any level.
+  const LevelIndex* Tiles() const;
+  // Null: it is not here.
+  std::shared_ptr<const Tile> TileAt(std::uint32_t tile) const;
+  // From now on those tiles come that are within `radius_m` of `centre` on the ground, the nearest first, and go when
+  // they are well beyond. Nothing for `centre`: about the own body, or where a spectator looks from. 0: the radius of
+  // the scene's view, and all of the level where it has none; infinite: all. What prediction needs comes besides.
+  void ViewTiles(std::optional<Vec3d> centre, double radius_m);
   // The definition of one of the scene's bodies or, the same for all, of a player's; null if the scene has no such
-  // body.
+  // body, or it is in tiles that are not here. Of a body in several tiles: the part in one of them.
   const BodyDef* DefOf(BodyId body) const;
   const PartitionMap& map() const;
   // The newest tick in any region's snapshots.

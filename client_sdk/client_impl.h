@@ -25,6 +25,7 @@
 #include "client_sdk/replay.h"
 #include "client_sdk/scene_fetch.h"
 #include "client_sdk/session.h"
+#include "client_sdk/tile_store.h"
 #include "client_sdk/world_view.h"
 #include "core/replication/region_message.h"
 #include "core/world/viewer_number.h"
@@ -99,7 +100,13 @@ struct Client::Impl {
   void AskForScene(TimePoint now);
   void ReadScene(TimePoint now);
   void ChooseSource(TimePoint now);
-  void EnterScene(TimePoint now, std::shared_ptr<const Scene> scene);
+  void EnterScene(TimePoint now, std::shared_ptr<const Scene> scene, std::shared_ptr<const LevelIndex> index = nullptr);
+
+  // Gets the tiles of a large level from the regions (client_tiles.cpp).
+  void ReadTiles(TimePoint now);
+  void AskForTiles(TimePoint now);
+  void ChooseTileSource(TimePoint now);
+  std::vector<TileStore::Place> TilePlaces() const;
 
   // Chooses the regions to be connected to (client_follow.cpp).
   void AdoptMap(RegionConnection& from, const replication::AnnouncedMap& announced);
@@ -168,6 +175,13 @@ struct Client::Impl {
   std::optional<SceneFetch> fetch;               // until the scene is here
   std::unique_ptr<SceneKeeper> keeper;           // while the scene is written into the folder
   double interest_radius_m = 0;                  // 0: all of the world
+  // The level's tiles, once the scene is here and has some.
+  std::optional<TileStore> tiles;
+  std::optional<Vec3d> tile_centre;  // of the caller's
+  double tile_radius_m = 0;
+  std::optional<RegionId> tile_source{};
+  TimePoint tiles_heard_at{}, tiles_from{};                // when a part came last; until when none is asked for
+  std::vector<std::shared_ptr<const Tile>> leaving_tiles;  // valid until the next Poll
   ClientState state = ClientState::kJoining;
   bool started = false;
   bool searching = false;  // no region that is near answers, so all regions of the map are asked

@@ -261,7 +261,9 @@ bool Client::Impl::IsStatic(BodyId body) const {
   const std::vector<BodyDef>& bodies = session.scene->bodies;
   const auto found =
       std::lower_bound(bodies.begin(), bodies.end(), body, [](const BodyDef& def, BodyId id) { return def.id < id; });
-  return found != bodies.end() && found->id == body && found->motion != Motion::kDynamic;
+  if (found != bodies.end() && found->id == body) return found->motion != Motion::kDynamic;
+  // One that the scene does not have is in a tile, be it here or not.
+  return tiles.has_value() && body != BodyId() && !IsPlayerBody(body) && !IsSpawned(body);
 }
 
 void Client::Impl::SettlePairs(TimePoint now) {

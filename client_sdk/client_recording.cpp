@@ -14,11 +14,12 @@ constexpr std::size_t kMaxNotes = 256;  // that nobody has taken
 
 // Whether the event is not recorded: the view makes it again when it is played back, it is not about bodies, or about
 // one that only this client has shown.
+// Or from this client alone.
 bool FollowsFromTheWorld(ClientEvent::Kind kind) {
   using Kind = ClientEvent::Kind;
   return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kPropertyChanged || kind == Kind::kEnded ||
          kind == Kind::kRecordingEnded || kind == Kind::kWorldPropertyChanged || kind == Kind::kSpawnTaken ||
-         kind == Kind::kSpawnLost;
+         kind == Kind::kSpawnLost || kind == Kind::kTileCame || kind == Kind::kTileGone;
 }
 
 // The value is asked for after all events, so those before the last one would say the same.

@@ -16,9 +16,11 @@ std::size_t BodiesAtMost(const Scene& scene) { return scene.bodies.size() + 2 * 
 
 }  // namespace
 
-void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene) {
+void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene,
+                              std::shared_ptr<const LevelIndex> index) {
   fetch.reset();
   session.scene = std::move(scene);
+  if (index != nullptr) tiles.emplace(session.scene, index, settings.scene_cache_dir);
   const replication::SnapshotSettings snapshots = replication::SnapshotSettingsFor(*session.scene);
   interest_radius_m = snapshots.interest_radius_m;
   world = WorldView(session.tick_rate_hz, static_cast<double>(session.tick_rate_hz) / session.snapshot_rate_hz,
@@ -27,7 +29,9 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene)
   for (const BodyDef& def : session.scene->bodies) {
     if (def.path != nullptr) on_paths.push_back(&def);
   }
-  if (settings.predict && session.scene->player && !Watches()) predictor.emplace(session.scene, session.player);
+  if (settings.predict && session.scene->player && !Watches()) {
+    predictor.emplace(session.scene, session.player, std::move(index));
+  }
   if (predictor && movement != nullptr) {
     const absl::Status fits = predictor->SetMovement(std::exchange(movement, nullptr));
     if (!fits.ok()) {
@@ -47,6 +51,11 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene)
 void Client::Impl::OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
   const auto message = replication::DecodeSceneMessage(bytes);
   if (!message.ok()) return connection.CountError();
+  if (const auto* chunk = std::get_if<replication::TileChunk>(&*message)) {
+    const bool fresh = tiles && tiles->Take(*chunk);
+    if (fresh && tile_source == connection.region()) tiles_heard_at = now;
+    return;
+  }
   if (!fetch) return;  // the rest of what was on its way
   if (const auto* refusal = std::get_if<replication::SceneRefusal>(&*message)) {
     return End(absl::InternalError(absl::StrCat(connection.Where(), " does not send the scene: ", refusal->why)), "");
@@ -71,7 +80,8 @@ void Client::Impl::ReadScene(TimePoint now) {
     if (!waits) joined_by = now + settings.deadline;  // nobody else is to blame for how long this takes
     if (*scene != nullptr) {
       keeper = fetch->TakeKeeper();
-      EnterScene(now, *std::move(scene));
+      const std::shared_ptr<const LevelIndex> index = fetch->index();
+      EnterScene(now, *std::move(scene), index);
     }
   }
   work.Add(budget.spent());

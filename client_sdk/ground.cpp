@@ -19,6 +19,9 @@ constexpr double kLeastArea_m = 8, kAreaOfReach = 2, kAreaBeyond_m = 2;
 constexpr double kLeastBeyond_m = 1;
 // Units for looking at a body, and for putting one into the world.
 constexpr std::int64_t kUnitsToFile = 4, kUnitsToLook = 2, kUnitsToPut = 100;
+// Tiles of the list that a unit looks at, and how much further than it must.
+constexpr std::int64_t kTilesAUnit = 2;
+constexpr double kTileMargin_m = 0.1;
 
 std::uint64_t CellAt(std::int64_t column, std::int64_t row) {
   return static_cast<std::uint64_t>(column) << 32 | (static_cast<std::uint64_t>(row) & 0xffffffff);
@@ -29,6 +32,8 @@ const TriangleMeshShape* LargeMesh(const Shape& shape) {
   const auto* mesh = std::get_if<TriangleMeshShape>(&shape.form);
   return mesh != nullptr && mesh->triangles.size() > kWholeTriangles ? mesh : nullptr;
 }
+
+Rect OnGround(const Aabb& box) { return {box.min.x, box.min.z, box.max.x, box.max.z}; }
 
 bool IsEndless(const Shape& shape) { return std::holds_alternative<PlaneShape>(shape.form); }
 bool IsField(const Shape& shape) { return std::holds_alternative<HeightFieldShape>(shape.form); }
@@ -69,8 +74,11 @@ void Ground::Work(physics::World& world, Vec3d at, double reach_m, WorkBudget& b
     const bool serves = area_ && Length(at - area_->centre) <= (area_->radius_m - reach_m) / 2;
     if (serves && area_->wished_m >= wish_m) return;
     const double radius = std::max({kLeastArea_m, kAreaOfReach * reach_m + kAreaBeyond_m, wish_m});
-    search_.emplace(Search{.area = {at, radius, wish_m}, .least_m = reach_m + kLeastBeyond_m});
+    const Area area{at, radius, wish_m};
+    if (!HasTiles(area, budget)) return;
+    search_.emplace(Search{.area = area, .least_m = reach_m + kLeastBeyond_m});
     Gather(budget);
+    GatherTiles(budget);
   }
   if (!search_->found && !Cut(budget)) return;
   if (!Build(world, budget)) return;
@@ -84,6 +92,41 @@ bool Ground::Survey(WorkBudget& budget) {
   for (; surveyed_ < scene_->bodies.size(); ++surveyed_) {
     if (!budget.left()) return false;
     if (!File(static_cast<std::uint32_t>(surveyed_), budget)) return false;
+  }
+  return std::ranges::all_of(laid_, [&](auto& entry) { return SurveyTile(*entry.second, budget); });
+}
+
+void Ground::AddTile(std::uint32_t number, std::shared_ptr<const Tile> tile) {
+  laid_[number] = std::make_shared<Laid>(Laid{.tile = std::move(tile)});
+}
+
+// A search that is under way keeps what it refers to.
+void Ground::DropTile(std::uint32_t number) { laid_.erase(number); }
+
+bool Ground::SurveyTile(Laid& laid, WorkBudget& budget) {
+  for (std::size_t at = laid.balls.size(); at < laid.tile->parts.size(); ++at) {
+    if (!budget.left()) return false;
+    const TilePart& part = laid.tile->parts[at];
+    budget.Spend(kUnitsToLook);
+    double ball_m = RadiusOf(*part.body.shape);
+    if (const auto* mesh = std::get_if<TriangleMeshShape>(&part.body.shape->form)) {
+      if (!laid.blocks.try_emplace(at, *mesh).first->second.Survey(budget)) return false;
+      for (const Vec3f& vertex : mesh->vertices) ball_m = std::max(ball_m, Length(Vec3d(vertex)));
+      budget.Spend(std::ssize(mesh->vertices) / 2);
+    }
+    laid.balls.push_back(ball_m);
+  }
+  return true;
+}
+
+// Whether all tiles are here that reach into the area's cube, however a surface is turned in it.
+bool Ground::HasTiles(const Area& area, WorkBudget& budget) const {
+  if (index_ == nullptr) return true;
+  budget.Spend(std::ssize(index_->tiles) / kTilesAUnit);
+  const double reach_m = std::sqrt(3.0) * area.radius_m + kTileMargin_m;
+  for (std::uint32_t tile = 0; tile < index_->tiles.size(); ++tile) {
+    const bool near = OnGround(index_->tiles[tile].bounds).DistanceTo(area.centre.x, area.centre.z) <= reach_m;
+    if (near && !laid_.contains(tile)) return false;
   }
   return true;
 }
@@ -140,12 +183,40 @@ void Ground::Gather(WorkBudget& budget) {
     const BodyDef& def = scene_->bodies[index];
     if (IsEndless(*def.shape)) {
       search_->parts.push_back({&def});
-    } else if (IsField(*def.shape) || LargeMesh(*def.shape) != nullptr) {
-      search_->surfaces.push_back(&def);
+    } else if (const auto* field = std::get_if<HeightFieldShape>(&def.shape->form)) {
+      search_->surfaces.push_back({.def = &def, .fields = {{field}}});
+    } else if (const TriangleMeshShape* mesh = LargeMesh(*def.shape)) {
+      search_->surfaces.push_back({.def = &def, .meshes = {{mesh, &meshes_.at(def.shape.get())}}});
     } else {
       Take(def, balls_.at(def.shape.get()));
     }
   }
+}
+
+void Ground::GatherTiles(WorkBudget& budget) {
+  const Vec3d centre = search_->area.centre;
+  const double reach_m = std::sqrt(3.0) * search_->area.radius_m + kTileMargin_m;
+  std::map<BodyId, Surface> surfaces;
+  for (const auto& [number, laid] : laid_) {
+    budget.Spend(kUnitsToLook);
+    if (OnGround(index_->tiles[number].bounds).DistanceTo(centre.x, centre.z) > reach_m) continue;
+    search_->tiles.push_back(laid);
+    budget.Spend(std::ssize(laid->tile->parts));
+    for (std::size_t at = 0; at < laid->tile->parts.size(); ++at) {
+      const TilePart& part = laid->tile->parts[at];
+      const Shape& shape = *part.body.shape;
+      if (const auto* field = std::get_if<HeightFieldShape>(&shape.form)) {
+        Surface& surface = surfaces.try_emplace(part.body.id, Surface{.def = &part.body}).first->second;
+        surface.fields.push_back({field, part.field ? &*part.field : nullptr});
+      } else if (part.mesh != nullptr || LargeMesh(shape) != nullptr) {
+        Surface& surface = surfaces.try_emplace(part.body.id, Surface{.def = &part.body}).first->second;
+        surface.meshes.push_back({std::get_if<TriangleMeshShape>(&shape.form), &laid->blocks.at(at), part.mesh.get()});
+      } else {
+        Take(part.body, laid->balls[at]);
+      }
+    }
+  }
+  for (auto& [id, surface] : surfaces) search_->surfaces.push_back(std::move(surface));
 }
 
 void Ground::Take(const BodyDef& def, double ball_m) {
@@ -162,15 +233,14 @@ bool Ground::Cut(WorkBudget& budget) {
   Search& search = *search_;
   while (!search.surfaces.empty()) {
     if (!budget.left()) return false;
-    const BodyDef& def = *search.surfaces.back();
-    if (const auto* field = std::get_if<HeightFieldShape>(&def.shape->form)) {
-      FieldPiece piece = PieceOf(*field, ReachIn(def, search), budget);
+    Surface& surface = search.surfaces.back();
+    const BodyDef& def = *surface.def;
+    if (!surface.fields.empty()) {
+      FieldPiece piece = PieceOf(surface.fields, ReachIn(def, search), budget);
       search.area.radius_m = std::min(search.area.radius_m, piece.reach_m);
       if (piece.shape != nullptr) search.parts.push_back({&def, std::move(piece.shape), piece.offset});
     } else {
-      if (!search.piece) {
-        search.piece.emplace(*LargeMesh(*def.shape), meshes_.at(def.shape.get()), ReachIn(def, search));
-      }
+      if (!search.piece) search.piece.emplace(surface.meshes, ReachIn(def, search));
       if (!search.piece->Search(budget)) return false;
       search.area.radius_m = std::min(search.area.radius_m, search.piece->reach_m());
       if (ShapePtr shape = search.piece->Make(budget)) search.parts.push_back({&def, std::move(shape), Vec3d()});

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/world/packed_scene.h"
+
 namespace tessera::client {
 namespace {
 
@@ -199,6 +201,108 @@ TEST(GroundTest, ABallOnAPieceOfATurnedMeshToo) {
   ExpectSameOn(Hills(80), Normalized(Quatd{0, std::sin(0.4), 0, std::cos(0.4)}));
 }
 TEST(GroundTest, ABallOnAPieceOfAHeightFieldToo) { ExpectSameOn(HillField(81), Quatd()); }
+
+// The same level whole, and in tiles.
+struct TiledStage {
+  explicit TiledStage(std::vector<BodyDef> bodies) : whole(std::move(bodies)) {
+    whole.scene->bounds = {{-500, -50, -500}, {500, 50, 500}};
+    const PackedLevel level = PackLevel(*whole.scene);
+    SceneUnpacker unpacker(level.scene);
+    while (!unpacker.Go(level.scene.size())) {
+    }
+    base = *unpacker.Take();
+    index = unpacker.index();
+    for (const std::vector<std::uint8_t>& bytes : level.tiles) tiles.push_back(*UnpackTile(bytes, *index, *base));
+    ground.emplace(base, index);
+    ground->Begin();
+  }
+  void AddAllBut(std::uint32_t missing) {
+    for (std::uint32_t i = 0; i < tiles.size(); ++i) {
+      if (i != missing) ground->AddTile(i, tiles[i]);
+    }
+  }
+  void PollBoth(Vec3d at) {
+    for (int i = 0; i < 10'000 && !(whole.ground->Covers(at, kReach_m) && ground->Covers(at, kReach_m)); ++i) Poll(at);
+    Poll(at);
+  }
+  void Poll(Vec3d at) {
+    whole.Poll(at);
+    WorkBudget budget(kBudget);
+    ground->Work(world, at, kReach_m, budget);
+  }
+
+  Stage whole;
+  std::shared_ptr<const Scene> base;
+  std::shared_ptr<const LevelIndex> index;
+  std::vector<std::shared_ptr<const Tile>> tiles;
+  physics::World world{physics::WorldSettings{}};
+  std::optional<Ground> ground;
+};
+
+std::vector<BodyDef> LargeGround() {
+  std::vector<BodyDef> bodies{StaticBody(1, Hills(300)), StaticBody(2, HillField(601), {0, 0.5, 0})};
+  bodies[1].initial.orientation = Normalized(Quatd{0, 0.3, 0, 0.95});
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    const double x = static_cast<double>(i % 20) * 9 - 85, z = static_cast<double>(i / 20) * 9 - 85;
+    bodies.push_back(StaticBody(10 + i, Shape{BoxShape{{0.6, 0.5, 0.4}}}, {x, 0.6, z}));
+  }
+  return bodies;
+}
+
+// Where tiles meet as well as elsewhere: balls and boxes that fall come to the same places to the bit.
+TEST(GroundTest, OnTilesEverythingFallsAsOnTheWholeLevel) {
+  TiledStage stage(LargeGround());
+  ASSERT_NE(stage.index, nullptr);
+  ASSERT_GT(stage.tiles.size(), 8u);
+  stage.AddAllBut(~0u);
+  const double edge = stage.index->edge_m;
+  int fell = 0;
+  for (const Vec3d at : {Vec3d{0, 0, 0}, Vec3d{edge, 0, 0.3}, Vec3d{-edge, 0, edge}, Vec3d{3.4, 0, -edge},
+                         Vec3d{0.5 * edge, 0, 0.25 * edge}}) {
+    stage.PollBoth(at);
+    ASSERT_TRUE(stage.ground->Covers(at, kReach_m)) << at;
+    EXPECT_EQ(stage.ground->piece_triangles(), stage.whole.ground->piece_triangles()) << at;
+    for (std::uint64_t i = 0; i < 9; ++i) {
+      BodyDef def = StaticBody(5000 + i, i % 2 == 0 ? Shape{SphereShape{0.3}} : Shape{BoxShape{{0.3, 0.2, 0.25}}});
+      def.motion = Motion::kDynamic;
+      def.mass_kg = 2;
+      def.initial.position = at + Vec3d{static_cast<double>(i % 3) - 1, 2.5, static_cast<double>(i / 3) - 1};
+      stage.world.Add(def, def.initial);
+      stage.whole.world.Add(def, def.initial);
+    }
+    for (int tick = 0; tick < 120; ++tick) {
+      stage.world.Step(1.0 / 60);
+      stage.whole.world.Step(1.0 / 60);
+    }
+    for (std::uint64_t i = 0; i < 9; ++i) {
+      const BodyState a = stage.world.StateOf(BodyId(5000 + i)), b = stage.whole.world.StateOf(BodyId(5000 + i));
+      EXPECT_EQ(a, b) << "at " << at << " body " << i;
+      fell += a.position.y < 2.4 ? 1 : 0;
+      stage.world.Remove(BodyId(5000 + i));
+      stage.whole.world.Remove(BodyId(5000 + i));
+    }
+  }
+  EXPECT_EQ(fell, 45);
+}
+
+TEST(GroundTest, ThereIsNoneWhileATileThatReachesThereIsMissing) {
+  TiledStage stage(LargeGround());
+  const double edge = stage.index->edge_m;
+  const Vec3d at{edge / 2, 0, edge / 2};
+  std::uint32_t there = 0;
+  while (!stage.index->tiles[there].bounds.Contains(at)) ++there;
+  stage.AddAllBut(there);
+  stage.PollBoth(at);
+  EXPECT_FALSE(stage.ground->Covers(at, kReach_m));
+  stage.ground->AddTile(there, stage.tiles[there]);
+  stage.PollBoth(at);
+  EXPECT_TRUE(stage.ground->Covers(at, kReach_m));
+  const std::size_t triangles = stage.ground->piece_triangles();
+  EXPECT_EQ(triangles, stage.whole.ground->piece_triangles());
+  stage.ground->DropTile(there);  // what is built stays until it is left
+  EXPECT_TRUE(stage.ground->Covers(at, kReach_m));
+  EXPECT_EQ(stage.ground->piece_triangles(), triangles);
+}
 
 }  // namespace
 }  // namespace tessera::client

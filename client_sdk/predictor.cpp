@@ -55,11 +55,12 @@ double Speed(const BodyState& state) { return Length(Vec3d(state.linear_velocity
 
 }  // namespace
 
-Predictor::Predictor(const std::shared_ptr<const Scene>& scene, PlayerNumber player)
+Predictor::Predictor(const std::shared_ptr<const Scene>& scene, PlayerNumber player,
+                     std::shared_ptr<const LevelIndex> index)
     : catalog_(scene),
       player_def_(catalog_.MakePlayer(player)),
       own_def_(player_def_),
-      ground_(scene),
+      ground_(scene, std::move(index)),
       tick_s_(1.0 / catalog_.scene().tick_rate_hz) {
   for (const BodyDef& def : catalog_.scene().bodies) {
     if (def.path != nullptr) paths_.push_back(&def);

@@ -66,7 +66,9 @@ class Predictor {
   static constexpr double kLetGo_s = 1.5;
   static constexpr std::size_t kMaxLetGo = 24;
 
-  Predictor(const std::shared_ptr<const Scene>& scene, PlayerNumber player);
+  // `index`: the tiles of the level; null: all of it is in the scene.
+  Predictor(const std::shared_ptr<const Scene>& scene, PlayerNumber player,
+            std::shared_ptr<const LevelIndex> index = nullptr);
 
   // Whether it could be the own body: the player's, or one of the scene that moves.
   bool Knows(BodyId id) const { return IsPlayerBody(id) ? id == player_def_.id : catalog_.Known(id); }
@@ -84,6 +86,9 @@ class Predictor {
   void TakeMovement(const replication::MovementNews& news);
   // Why not, once for each movement that the program does not have; empty: nothing new.
   std::string TakeMissingMovement() { return std::exchange(missing_, {}); }
+  // A tile has come, or goes.
+  void AddTile(std::uint32_t number, std::shared_ptr<const Tile> tile) { ground_.AddTile(number, std::move(tile)); }
+  void DropTile(std::uint32_t number) { ground_.DropTile(number); }
   // Goes on with building the ground about the own body, which is in this state.
   void Prepare(const BodyState& own, WorkBudget& budget);
   // `bodies` holds the own body's state at `tick`, after the input `last_input`. An older state is ignored.

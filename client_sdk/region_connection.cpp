@@ -5,6 +5,13 @@
 #include "absl/strings/str_cat.h"
 
 namespace tessera::client {
+namespace {
+
+// What has not changed is asked for again after so long, and at once when so many more bytes have come.
+constexpr std::chrono::milliseconds kAskAgain{200};
+constexpr std::uint64_t kStep = replication::kSceneWindowBytes / 4;
+
+}  // namespace
 
 RegionConnection::RegionConnection(RegionEndpoint where, const Aabb& world_bounds,
                                    const replication::SnapshotSettings& settings)
@@ -41,8 +48,6 @@ void RegionConnection::Begin(const Aabb& world_bounds, const replication::Snapsh
 
 std::size_t RegionConnection::AskForScene(TimePoint now, ClientEndpoint& endpoint,
                                           const replication::SceneRequest& request) {
-  constexpr std::chrono::milliseconds kAskAgain{200};
-  constexpr std::uint64_t kStep = replication::kSceneWindowBytes / 4;
   const bool news = !asked_ || asked_->want != request.want || request.offset >= asked_->offset + kStep;
   if (!welcomed() || (!news && now - asked_at_ < kAskAgain)) return 0;
   asked_ = request;
@@ -52,10 +57,28 @@ std::size_t RegionConnection::AskForScene(TimePoint now, ClientEndpoint& endpoin
   return endpoint.Send(now, peer_, std::move(bytes)) ? size : 0;
 }
 
+std::size_t RegionConnection::AskForTiles(TimePoint now, ClientEndpoint& endpoint,
+                                          const replication::Digest& scene_hash,
+                                          const std::vector<replication::TileRequest::Wish>& wishes) {
+  if (!welcomed() || (wishes.empty() && tiles_.wishes.empty())) return 0;
+  constexpr auto kTile = &replication::TileRequest::Wish::tile;
+  bool news = !std::ranges::equal(wishes, tiles_.wishes, {}, kTile, kTile);
+  for (std::size_t i = 0; i < wishes.size() && !news; ++i) {
+    news = wishes[i].offset >= tiles_.wishes[i].offset + kStep;
+  }
+  if (!news && now - tiles_asked_at_ < kAskAgain) return 0;
+  tiles_ = {.number = tiles_.number + 1, .scene_hash = scene_hash, .wishes = wishes};
+  tiles_asked_at_ = now;
+  net::Bytes bytes = replication::EncodeTileRequest(tiles_);
+  const std::size_t size = bytes.size();
+  return endpoint.Send(now, peer_, std::move(bytes)) ? size : 0;
+}
+
 void RegionConnection::Welcomed() {
   state_ = State::kWelcomed;
   goes_on_ = false;
   asked_.reset();
+  tiles_ = {};
   receiver_ = replication::SnapshotReceiver(world_bounds_, settings_);  // the region begins from nothing, too
   unacknowledged_ = 0;
   read_here_ = 0;

@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "client_sdk/client_endpoint.h"
 #include "client_sdk/session.h"
@@ -70,6 +71,9 @@ class RegionConnection {
   // Asks for the scene, or says that it is here, if something has changed since the last time, or nothing has come for
   // a while; the bytes sent.
   std::size_t AskForScene(TimePoint now, ClientEndpoint& endpoint, const replication::SceneRequest& request);
+  // Asks for these tiles of the scene with this hash, and no others, under the same conditions; the bytes sent.
+  std::size_t AskForTiles(TimePoint now, ClientEndpoint& endpoint, const replication::Digest& scene_hash,
+                          const std::vector<replication::TileRequest::Wish>& wishes);
   // Whether the region was told to send no snapshots, and has sent none since.
   bool holds() const { return asked_.has_value(); }
 
@@ -91,6 +95,8 @@ class RegionConnection {
   replication::SnapshotReceiver receiver_;
   std::optional<replication::SceneRequest> asked_;  // last, of this connection; until snapshots come
   TimePoint asked_at_{};
+  replication::TileRequest tiles_;  // asked for last, of this connection
+  TimePoint tiles_asked_at_{};
   std::size_t unacknowledged_ = 0;
   std::uint64_t read_here_ = 0;  // datagrams of this connection
   bool was_welcomed_ = false, goes_on_ = false;

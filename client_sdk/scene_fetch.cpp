@@ -119,6 +119,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Go(WorkBudget& budget) 
 
 absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Unpacked() {
   auto scene = unpacker_->Take();
+  index_ = unpacker_->index();
   if (scene.ok() || source_of_bytes_ == From::kCaller) return scene;
   if (from_regions()) return absl::InternalError(absl::StrCat("the regions' scene: ", scene.status().message()));
   AskRegions();

@@ -51,6 +51,8 @@ class SceneFetch {
   // Goes on with what is here: the scene once it is read, null until then. INTERNAL: the regions sent something else
   // than they said; INVALID_ARGUMENT: the caller's scene is damaged.
   absl::StatusOr<std::shared_ptr<const Scene>> Go(WorkBudget& budget);
+  // After Go has given the scene: its tiles; null if all is in it.
+  const std::shared_ptr<const LevelIndex>& index() const { return index_; }
   // After Go has given a scene of the regions, once: keeps it. Null if it is not to be kept.
   std::unique_ptr<SceneKeeper> TakeKeeper();
 
@@ -78,6 +80,7 @@ class SceneFetch {
   Sha256 sum_;
   std::size_t summed_ = 0;
   std::unique_ptr<SceneUnpacker> unpacker_;
+  std::shared_ptr<const LevelIndex> index_;
 };
 
 }  // namespace tessera::client

@@ -7,6 +7,8 @@
 //   while (!piece.Search(budget)) ...                        // once a place
 //   ShapePtr shape = piece.Make(budget);                     // null: nothing of the mesh is there
 //
+// A surface may come in parts, of tiles of a level: a piece is made of those that are here, as if they were the whole.
+//
 // A piece has the mesh's triangles in the mesh's order and all that meet at a place inside it, so contacts there are
 // those of the whole mesh. At its rim it has borders that the mesh has not, and a part of a closed mesh is a sheet.
 // Thread rule: one thread at a time; shapes are immutable.
@@ -15,10 +17,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "client_sdk/work_budget.h"
 #include "core/world/bounds.h"
+#include "core/world/level_tiles.h"
 #include "core/world/scene.h"
 
 namespace tessera::client {
@@ -50,10 +54,19 @@ class MeshBlocks {
   std::vector<Aabb> blocks_;
 };
 
+// A mesh, or a part of one: all of it outlives who is given it.
+struct MeshSource {
+  const TriangleMeshShape* mesh = nullptr;
+  const MeshBlocks* blocks = nullptr;  // known whole
+  const MeshCut* cut = nullptr;        // null: it is the whole
+};
+
 class MeshPiece {
  public:
-  // `blocks` are known whole, and both outlive it.
-  MeshPiece(const TriangleMeshShape& mesh, const MeshBlocks& blocks, const Reach& where);
+  // `parts`: of one mesh.
+  MeshPiece(std::vector<MeshSource> parts, const Reach& where) : parts_(std::move(parts)), where_(where) {}
+  MeshPiece(const TriangleMeshShape& mesh, const MeshBlocks& blocks, const Reach& where)
+      : MeshPiece({{&mesh, &blocks}}, where) {}
 
   // Goes on; true once all triangles are found.
   bool Search(WorkBudget& budget);
@@ -63,16 +76,19 @@ class MeshPiece {
   ShapePtr Make(WorkBudget& budget) const;
 
  private:
+  struct Found {
+    std::uint32_t part = 0, triangle = 0;
+  };
   Aabb Box() const;
-  bool Meets(std::uint32_t triangle, const Aabb& box) const;
+  bool Meets(Found found, const Aabb& box) const;
+  bool SearchPart(const MeshSource& part, const Aabb& box, WorkBudget& budget);
   bool Narrow(WorkBudget& budget);
 
-  const TriangleMeshShape& mesh_;
-  const MeshBlocks& blocks_;
+  std::vector<MeshSource> parts_;
   Reach where_;
-  std::size_t next_block_ = 0, next_found_ = 0, kept_ = 0;
+  std::size_t next_part_ = 0, next_block_ = 0, next_found_ = 0, kept_ = 0;
   bool narrows_ = false;
-  std::vector<std::uint32_t> found_;
+  std::vector<Found> found_;
 };
 
 // The samples of a height field about a place, with the place of their middle in the field's frame.
@@ -81,6 +97,16 @@ struct FieldPiece {
   Vec3d offset{};
   double reach_m = std::numeric_limits<double>::infinity();  // as MeshPiece's
 };
-FieldPiece PieceOf(const HeightFieldShape& field, const Reach& where, WorkBudget& budget);
+// A height field, or a part of one.
+struct FieldSource {
+  const HeightFieldShape* field = nullptr;
+  const FieldCut* cut = nullptr;  // null: it is the whole
+};
+// `parts`: of one field, at least one, which have all that is within reach on the ground. Those that do not fit the
+// first one are passed over.
+FieldPiece PieceOf(const std::vector<FieldSource>& parts, const Reach& where, WorkBudget& budget);
+inline FieldPiece PieceOf(const HeightFieldShape& field, const Reach& where, WorkBudget& budget) {
+  return PieceOf({{&field}}, where, budget);
+}
 
 }  // namespace tessera::client

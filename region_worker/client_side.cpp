@@ -72,6 +72,7 @@ void ClientSide::ServeScene(const ReceivedFromClients& from_clients, TimePoint n
   if (!scene_desk_) return;
   scene_desk_->Retain([this](net::PeerHandle peer) { return port_.clients().contains(peer); });
   for (const auto& [peer, request] : from_clients.scene_requests) scene_desk_->Take(peer, request);
+  for (const auto& [peer, request] : from_clients.tile_requests) scene_desk_->Take(peer, request);
   const std::uint64_t before = scene_desk_->sent_bytes();
   (void)scene_desk_->Serve(
       now, [this](net::PeerHandle peer, std::span<const std::uint8_t> message) { port_.SendScene(peer, message); });

@@ -95,6 +95,11 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, Rec
   if (replication::KindOf(event.bytes) == replication::DatagramKind::kSceneRequest) {
     return OnSceneRequest(event, client, now, received);
   }
+  if (replication::KindOf(event.bytes) == replication::DatagramKind::kTileRequest) {
+    absl::StatusOr<replication::TileRequest> request = replication::DecodeTileRequest(event.bytes);
+    if (!request.ok()) return metrics_.inputs_refused.Increment();
+    return received.tile_requests.push_back({event.peer, *std::move(request)});
+  }
   if (replication::KindOf(event.bytes) != replication::DatagramKind::kInput) return;
   absl::StatusOr<replication::InputMessage> message = replication::DecodeInput(event.bytes);
   if (!message.ok()) {

@@ -83,12 +83,17 @@ struct ReceivedFromClients {
     net::PeerHandle from;
     replication::SceneRequest request;
   };
+  struct TilesAsked {
+    net::PeerHandle from;
+    replication::TileRequest request;
+  };
   bool any = false;                 // whether anything came, a connection included
   std::vector<PlayerInput> inputs;  // as the clients sent them, copies included
   std::vector<Acknowledgement> acknowledgements;
   std::vector<Command> commands;  // within the limits, copies included, in order
   std::vector<EventAcknowledgement> event_acknowledgements;
   std::vector<SceneAsked> scene_requests;
+  std::vector<TilesAsked> tile_requests;
 };
 
 class GamePort {

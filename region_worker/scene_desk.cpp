@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/world/byte_view.h"
-#include "core/world/packed_scene.h"
 #include "core/world/sha256.h"
 
 namespace tessera::worker {
@@ -14,23 +13,45 @@ SceneDesk::SceneDesk(std::shared_ptr<const Scene> scene, const std::string& scen
   if (auto digest = replication::DigestFrom(scene_hash); digest.ok()) scene_hash_ = *digest;
 }
 
+bool SceneDesk::IsOther(const replication::Digest& hash, Session& session) const {
+  session.refused = session.refused || (scene_hash_ && hash != *scene_hash_);
+  return session.refused;
+}
+
 void SceneDesk::Take(net::PeerHandle from, const replication::SceneRequest& request) {
   if (request.want != replication::SceneRequest::Want::kSend) {
-    sessions_.erase(from);
+    const auto found = sessions_.find(from);
+    if (found == sessions_.end()) return;
+    found->second.wants_scene = false;
+    if (found->second.tiles.empty()) sessions_.erase(found);
     return;
   }
-  const auto [at, fresh] = sessions_.try_emplace(from);
-  Session& session = at->second;
-  if (scene_hash_ && request.scene_hash != *scene_hash_) {
-    session.refused = true;
-    return;
-  }
-  if (fresh) session.sent_to = request.offset;
+  Session& session = sessions_[from];
+  if (IsOther(request.scene_hash, session)) return;
+  if (!std::exchange(session.wants_scene, true)) session.sent_to = request.offset;
   session.up_to = std::max(session.up_to, request.offset + replication::kSceneWindowBytes);
+  BeginPacking();
+}
+
+void SceneDesk::Take(net::PeerHandle from, const replication::TileRequest& request) {
+  Session& session = sessions_[from];
+  if (request.number <= session.newest_wishes || IsOther(request.scene_hash, session)) return;
+  session.newest_wishes = request.number;
+  std::vector<TileUnderWay> tiles;
+  for (const replication::TileRequest::Wish& wish : request.wishes) {
+    TileUnderWay& tile = tiles.emplace_back(TileUnderWay{wish.tile, wish.offset, wish.offset});
+    const auto before = std::ranges::find(session.tiles, wish.tile, &TileUnderWay::tile);
+    if (before != session.tiles.end()) tile.sent_to = std::max(wish.offset, before->sent_to);
+  }
+  session.tiles = std::move(tiles);
+  if (!session.tiles.empty()) BeginPacking();
+}
+
+void SceneDesk::BeginPacking() {
   if (packed_ || packing_.valid()) return;
   packing_ = std::async(std::launch::async, [scene = scene_] {
-    Packed packed{.bytes = PackScene(*scene)};
-    packed.sha256 = *replication::DigestFrom(Sha256Hex(AsText(packed.bytes)));
+    Packed packed{.level = PackLevel(*scene)};
+    packed.sha256 = *replication::DigestFrom(Sha256Hex(AsText(packed.level.scene)));
     return packed;
   });
 }
@@ -44,22 +65,45 @@ void SceneDesk::Refill(TimePoint now) {
   }
 }
 
+SceneDesk::Part SceneDesk::NextPart(Session& session) const {
+  if (session.refused) return {};
+  const auto part = [](const std::vector<std::uint8_t>& whole, std::uint64_t begin, std::uint64_t end) {
+    const auto size = std::min<std::uint64_t>(replication::kMaxSceneChunkBytes, end - begin);
+    return std::span(whole).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(size));
+  };
+  const std::vector<std::uint8_t>& scene = packed_->level.scene;
+  const std::uint64_t end = std::min<std::uint64_t>(scene.size(), session.up_to);
+  if (session.wants_scene && session.sent_to < end) {
+    return {.bytes = part(scene, session.sent_to, end), .sent_to = &session.sent_to};
+  }
+  std::uint64_t room = replication::kSceneWindowBytes;
+  for (const TileUnderWay& tile : session.tiles) room -= std::min(room, tile.sent_to - tile.offset);
+  for (TileUnderWay& tile : session.tiles) {
+    if (room == 0 || tile.tile >= packed_->level.tiles.size()) continue;
+    const std::vector<std::uint8_t>& whole = packed_->level.tiles[tile.tile];
+    if (tile.sent_to >= whole.size()) continue;
+    const std::uint64_t tile_end = std::min<std::uint64_t>(whole.size(), tile.sent_to + room);
+    return {.bytes = part(whole, tile.sent_to, tile_end), .sent_to = &tile.sent_to, .tile = &tile};
+  }
+  return {};
+}
+
 bool SceneDesk::ServeOne(net::PeerHandle peer, Session& session, const Send& send) {
-  if (session.refused) return false;
-  const std::uint64_t total = packed_->bytes.size();
-  const std::uint64_t end = std::min(total, session.up_to);
-  if (session.sent_to >= end) return false;
-  const auto size =
-      static_cast<std::size_t>(std::min<std::uint64_t>(replication::kMaxSceneChunkBytes, end - session.sent_to));
-  if (session.tokens < static_cast<double>(size) || tokens_ < static_cast<double>(size)) return false;
-  const std::span<const std::uint8_t> part =
-      std::span(packed_->bytes).subspan(static_cast<std::size_t>(session.sent_to), size);
-  send(peer, replication::EncodeSceneChunk(
-                 {.total_bytes = total, .sha256 = packed_->sha256, .offset = session.sent_to, .bytes = part}));
-  session.sent_to += size;
-  session.tokens -= static_cast<double>(size);
-  tokens_ -= static_cast<double>(size);
-  sent_bytes_ += size;
+  const Part part = NextPart(session);
+  const auto size = static_cast<double>(part.bytes.size());
+  if (part.bytes.empty() || session.tokens < size || tokens_ < size) return false;
+  if (part.tile != nullptr) {
+    send(peer, replication::EncodeTileChunk({.tile = part.tile->tile, .offset = *part.sent_to, .bytes = part.bytes}));
+  } else {
+    send(peer, replication::EncodeSceneChunk({.total_bytes = packed_->level.scene.size(),
+                                              .sha256 = packed_->sha256,
+                                              .offset = *part.sent_to,
+                                              .bytes = part.bytes}));
+  }
+  *part.sent_to += part.bytes.size();
+  session.tokens -= size;
+  tokens_ -= size;
+  sent_bytes_ += part.bytes.size();
   served_last_ = peer;
   return true;
 }
@@ -85,10 +129,7 @@ bool SceneDesk::Serve(TimePoint now, const Send& send) {
       any = ServeOne(it->first, it->second, send) || any;
     }
   }
-  return std::ranges::any_of(sessions_, [this](const auto& entry) {
-    return !entry.second.refused &&
-           entry.second.sent_to < std::min<std::uint64_t>(packed_->bytes.size(), entry.second.up_to);
-  });
+  return std::ranges::any_of(sessions_, [this](auto& entry) { return !NextPart(entry.second).bytes.empty(); });
 }
 
 }  // namespace tessera::worker

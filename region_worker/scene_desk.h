@@ -1,12 +1,14 @@
-// SceneDesk: serves clients the packed scene of their world (core/replication/scene_transfer.h).
+// SceneDesk: serves clients the packed scene of their world, and the tiles of its level where it has some
+// (core/replication/scene_transfer.h).
 //
 // Promise: a client that asks costs at most kSession_bytes_per_s, all together at most kAll_bytes_per_s, and at most
 // kSceneWindowBytes wait for one that is slow. A client that asks for the same bytes again on one connection does not
-// get them again, because the channel is reliable. The scene is packed once, when the first client asks, on a thread of
-// its own, and kept: a region whose clients all bring the scene pays nothing. Clients are served in turns.
+// get them again, because the channel is reliable; of a tile for as long as it goes on asking for that one. The scene
+// is packed once, when the first client asks, on a thread of its own, and kept: a region whose clients all bring the
+// scene pays nothing. Clients are served in turns.
 //
 //   SceneDesk desk(scene, scene_hash);
-//   desk.Take(peer, request);
+//   desk.Take(peer, request);       // of the scene, or of tiles
 //   desk.Serve(now, [&](net::PeerHandle peer, std::span<const std::uint8_t> message) { ... });
 //   desk.Retain([&](net::PeerHandle peer) { return port.clients().contains(peer); });
 //
@@ -24,6 +26,7 @@
 #include <vector>
 
 #include "core/replication/scene_transfer.h"
+#include "core/world/packed_scene.h"
 #include "core/world/scene.h"
 #include "net/endpoint.h"
 #include "region_worker/core/time.h"
@@ -43,28 +46,45 @@ class SceneDesk {
   SceneDesk(std::shared_ptr<const Scene> scene, const std::string& scene_hash);
 
   void Take(net::PeerHandle from, const replication::SceneRequest& request);
+  void Take(net::PeerHandle from, const replication::TileRequest& request);
   // Forgets those that are not here any more.
   template <class Here>
   void Retain(const Here& here) {
     std::erase_if(sessions_, [&](const auto& entry) { return !here(entry.first); });
   }
-  // Sends what is due. True: bytes of the scene wait for time to pass.
+  // Sends what is due. True: bytes wait for time to pass.
   bool Serve(TimePoint now, const Send& send);
 
-  std::uint64_t sent_bytes() const { return sent_bytes_; }  // packed scenes only, since the beginning
+  std::uint64_t sent_bytes() const { return sent_bytes_; }  // packed scenes and tiles only, since the beginning
 
  private:
   struct Packed {
-    std::vector<std::uint8_t> bytes;
+    PackedLevel level;
     replication::Digest sha256{};
   };
+  struct TileUnderWay {
+    std::uint32_t tile = 0;
+    std::uint64_t offset = 0, sent_to = 0;  // offset: what the client has
+  };
   struct Session {
+    bool wants_scene = false;
     std::uint64_t sent_to = 0, up_to = 0;  // up_to: what the client has room for
+    std::uint32_t newest_wishes = 0;       // number of the request
+    std::vector<TileUnderWay> tiles;       // in the order of wishes
     double tokens = kBurstBytes;
     bool refused = false, told = false;  // that it is another scene: once
   };
+  // What is to be sent next.
+  struct Part {
+    std::span<const std::uint8_t> bytes;  // from `sent_to` on, as many as there is room for; none: nothing
+    std::uint64_t* sent_to = nullptr;
+    const TileUnderWay* tile = nullptr;  // null: of the scene
+  };
 
+  bool IsOther(const replication::Digest& hash, Session& session) const;
+  void BeginPacking();
   void Refill(TimePoint now);
+  Part NextPart(Session& session) const;
   // Sends one chunk; false: nothing is due.
   bool ServeOne(net::PeerHandle peer, Session& session, const Send& send);
 

@@ -143,6 +143,7 @@ int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
   given.input = event.input_number;
   given.detail = handle->detail.c_str();
   given.property = handle->property.c_str();
+  given.tile = event.tile;
   if (event.since_before) given.flags |= TESSERA_EVENT_SINCE_BEFORE;
   if (event.contact) {
     const client::MeetingPoint& met = *event.contact;

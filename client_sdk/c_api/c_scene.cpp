@@ -1,5 +1,8 @@
 // The C interface: the scene and its shapes.
 #include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
 
 #include "client_sdk/c_api/handle.h"
 
@@ -110,6 +113,10 @@ tessera_code tessera_get_scene(const tessera_client* handle, tessera_scene_info*
   Put(scene.bounds.max, info.bounds_max);
   Put(scene.gravity_m_s2, info.gravity);
   info.body_count = scene.bodies.size();
+  if (const LevelIndex* tiles = handle->client->Tiles()) {
+    info.tile_count = tiles->tiles.size();
+    info.tile_edge = tiles->edge_m;
+  }
   if (scene.player) {
     info.player_max_force_n = scene.player->max_force_n;
     info.player_max_speed_m_s = scene.player->max_speed_m_s;
@@ -139,6 +146,53 @@ tessera_code tessera_body_of(const tessera_client* handle, uint64_t id, tessera_
   tessera_body_info info = InfoOf(*def);
   info.id = id;
   GiveOut(info, out);
+  return TESSERA_OK;
+}
+
+tessera_code tessera_get_tile(const tessera_client* handle, uint32_t tile, tessera_tile_info* out) {
+  if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
+  if (!IsSize<tessera_tile_info>(out->size, "info.size")) return TESSERA_INVALID_ARGUMENT;
+  const LevelIndex* index = handle->client->Tiles();
+  if (index == nullptr || tile >= index->tiles.size()) return Refuse("tile: beyond the scene's tiles");
+  const TileEntry& entry = index->tiles[tile];
+  tessera_tile_info info = TESSERA_TILE_INFO;
+  info.row = entry.square.row;
+  info.column = entry.square.column;
+  Put(entry.bounds.min, info.bounds_min);
+  Put(entry.bounds.max, info.bounds_max);
+  info.bytes = entry.bytes;
+  if (const std::shared_ptr<const Tile> content = handle->client->TileAt(tile)) {
+    info.here = 1;
+    info.body_count = content->parts.size();
+  }
+  GiveOut(info, out);
+  return TESSERA_OK;
+}
+
+tessera_code tessera_tile_body(const tessera_client* handle, uint32_t tile, size_t index, tessera_body_info* out) {
+  if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
+  if (!IsSize<tessera_body_info>(out->size, "info.size")) return TESSERA_INVALID_ARGUMENT;
+  const LevelIndex* tiles = handle->client->Tiles();
+  if (tiles == nullptr || tile >= tiles->tiles.size()) return Refuse("tile: beyond the scene's tiles");
+  const std::shared_ptr<const Tile> content = handle->client->TileAt(tile);
+  if (content == nullptr) return Report(absl::NotFoundError("tile: is not here"));
+  if (index >= content->parts.size()) return Refuse("index: beyond the tile's bodies");
+  const TilePart& part = content->parts[index];
+  tessera_body_info info = InfoOf(part.body);
+  const Pose pose = PoseOf(part);
+  Put(pose.position, info.position);
+  Put(pose.orientation, info.orientation);
+  GiveOut(info, out);
+  return TESSERA_OK;
+}
+
+tessera_code tessera_view_tiles(tessera_client* handle, const double centre[3], double radius) {
+  if (handle == nullptr) return Refuse("client: is NULL");
+  if (!(radius >= 0)) return Refuse("radius: is negative, or not a number");
+  std::optional<Vec3d> at;
+  if (centre != nullptr) at = Vec3d{centre[0], centre[1], centre[2]};
+  if (at && !IsFinite(*at)) return Refuse("centre: is not finite");
+  handle->client->ViewTiles(at, radius);
   return TESSERA_OK;
 }
 

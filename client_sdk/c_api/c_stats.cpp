@@ -90,6 +90,9 @@ tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out)
     stats.update_time = Give(from.update_time);
     stats.datagrams_passed_over = from.datagrams_passed_over;
     stats.predicting = from.predicting ? 1 : 0;
+    stats.tiles = static_cast<std::uint32_t>(from.tiles);
+    stats.tile_bytes = from.tile_bytes;
+    stats.tiles_damaged = from.tiles_damaged;
     GiveOut(stats, out);
     return tessera_code{TESSERA_OK};
   });

@@ -17,7 +17,7 @@ static_assert(TESSERA_EVENT_PREDICTION_CORRECTED == static_cast<int>(client::Cli
 static_assert(TESSERA_EVENT_MOVEMENT_MISSING == static_cast<int>(client::ClientEvent::Kind::kMovementMissing));
 static_assert(TESSERA_EVENT_SPAWN_TAKEN == static_cast<int>(client::ClientEvent::Kind::kSpawnTaken));
 static_assert(TESSERA_EVENT_SPAWN_LOST == static_cast<int>(client::ClientEvent::Kind::kSpawnLost));
-static_assert(TESSERA_EVENT_SPAWN_LOST == static_cast<int>(client::ClientEvent::kLastKind));
+static_assert(TESSERA_EVENT_TILE_GONE == static_cast<int>(client::ClientEvent::kLastKind));
 static_assert(TESSERA_MAX_PREDICTED_SPAWNS == client::Client::kMaxPredictedSpawns);
 
 namespace {

@@ -10,7 +10,9 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/replication/command.h"
@@ -55,7 +57,7 @@ class FakeRegion {
         endpoint_(*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port})),
         settings_(ShowsAll(scene)),
         history_(scene.bounds, settings_),
-        packed_(PackScene(scene)) {
+        level_(PackLevel(scene)) {
     endpoint_->Open(net::TestWorker(key, instance_id, self, incarnation));
   }
 
@@ -78,6 +80,11 @@ class FakeRegion {
   bool other_scene = false, spoiled_scene = false;        // refuses; sends what does not have the digest
   std::vector<replication::SceneRequest> scene_requests;  // as they came
   std::uint64_t scene_sent = 0;                           // bytes
+  // Tiles of the level: as many parts until it falls silent, those that are damaged, and what was asked and sent.
+  std::size_t tile_chunks_left = ~std::size_t{0};
+  std::set<std::uint32_t> spoiled_tiles;
+  std::vector<replication::TileRequest> tile_requests;
+  std::map<std::uint32_t, std::uint64_t> tile_bytes_sent;
 
   void Service() {
     for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {
@@ -258,19 +265,48 @@ class FakeRegion {
       return;
     }
     std::uint64_t& sent = sent_to_.try_emplace(event.peer, request->offset).first->second;
-    const std::uint64_t end = std::min<std::uint64_t>(packed_.size(), request->offset + replication::kSceneWindowBytes);
+    const std::uint64_t end =
+        std::min<std::uint64_t>(level_.scene.size(), request->offset + replication::kSceneWindowBytes);
     for (; sent < end && scene_chunks_left > 0; --scene_chunks_left) {
       const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(scene_chunk_bytes, end - sent));
-      std::vector<std::uint8_t> part(packed_.begin() + static_cast<std::ptrdiff_t>(sent),
-                                     packed_.begin() + static_cast<std::ptrdiff_t>(sent + size));
+      const auto from = level_.scene.begin() + static_cast<std::ptrdiff_t>(sent);
+      std::vector<std::uint8_t> part(from, from + static_cast<std::ptrdiff_t>(size));
       if (spoiled_scene) part.back() ^= 1;
       SendReliable(event.peer,
-                   replication::EncodeSceneChunk({.total_bytes = packed_.size(),
-                                                  .sha256 = *replication::DigestFrom(Sha256Hex(AsText(packed_))),
+                   replication::EncodeSceneChunk({.total_bytes = level_.scene.size(),
+                                                  .sha256 = *replication::DigestFrom(Sha256Hex(AsText(level_.scene))),
                                                   .offset = sent,
                                                   .bytes = part}));
       sent += size;
       scene_sent += size;
+    }
+  }
+  // As a region does: of a tile that is not asked for any more it forgets what it has sent.
+  void OnTileRequest(const net::Event& event) {
+    const auto request = replication::DecodeTileRequest(event.bytes);
+    ASSERT_TRUE(request.ok()) << request.status();
+    std::uint32_t& newest = tile_number_[event.peer];
+    if (request->number <= newest) return;
+    newest = request->number;
+    tile_requests.push_back(*request);
+    std::map<std::uint32_t, std::uint64_t> before = std::exchange(tiles_sent_to_[event.peer], {});
+    std::uint64_t room = replication::kSceneWindowBytes;
+    for (const auto& [tile, offset] : request->wishes) {
+      std::uint64_t& sent = tiles_sent_to_[event.peer][tile];
+      sent = std::max(offset, before[tile]);
+      const std::vector<std::uint8_t>& whole = level_.tiles.at(tile);
+      room -= std::min(room, sent - offset);
+      for (; sent < whole.size() && room > 0 && tile_chunks_left > 0; --tile_chunks_left) {
+        const auto size = static_cast<std::size_t>(
+            std::min<std::uint64_t>({replication::kMaxSceneChunkBytes, room, whole.size() - sent}));
+        const auto from = whole.begin() + static_cast<std::ptrdiff_t>(sent);
+        std::vector<std::uint8_t> part(from, from + static_cast<std::ptrdiff_t>(size));
+        if (spoiled_tiles.contains(tile)) part.back() ^= 1;
+        SendReliable(event.peer, replication::EncodeTileChunk({.tile = tile, .offset = sent, .bytes = part}));
+        sent += size;
+        room -= size;
+        tile_bytes_sent[tile] += size;
+      }
     }
   }
   void SendReliable(net::PeerHandle peer, std::span<const std::uint8_t> bytes) {
@@ -278,6 +314,7 @@ class FakeRegion {
   }
 
   void OnInput(const net::Event& event) {
+    if (replication::KindOf(event.bytes) == replication::DatagramKind::kTileRequest) return OnTileRequest(event);
     if (replication::KindOf(event.bytes) == replication::DatagramKind::kSceneRequest) return OnSceneRequest(event);
     const auto sender = senders_.find(event.peer);
     if (const auto message = replication::DecodeCommands(event.bytes); message.ok()) {
@@ -311,9 +348,11 @@ class FakeRegion {
   replication::SnapshotSettings settings_;
   replication::SnapshotHistory history_;
   std::map<net::PeerHandle, replication::SnapshotSender> senders_;
-  const std::vector<std::uint8_t> packed_;
+  const PackedLevel level_;
   std::map<net::PeerHandle, std::uint64_t> sent_to_;
   std::map<net::PeerHandle, bool> holds_;
+  std::map<net::PeerHandle, std::uint32_t> tile_number_;
+  std::map<net::PeerHandle, std::map<std::uint32_t, std::uint64_t>> tiles_sent_to_;
   std::map<net::PeerHandle, PlayerNumber> players_;
   std::map<PlayerNumber, net::Generation> generations_;
   std::uint32_t last_input_ = 0;
@@ -367,7 +406,7 @@ class FakeInstance : public v1::SessionService::Service {
     regions.push_back(std::make_unique<FakeRegion>(id, *scene, map, key_, kId, 0, incarnation));
     return *regions.back();
   }
-  std::string packed_scene() const { return std::string(AsText(PackScene(*scene))); }
+  std::string packed_scene() const { return std::string(AsText(PackLevel(*scene).scene)); }
   // The grant that the control plane would give to a new player, or to a viewer.
   // `again`: for a player who is in already.
   std::vector<std::uint8_t> Grant(bool viewer = false, PlayerNumber again = PlayerNumber()) {

@@ -14,6 +14,7 @@ enum class DatagramKind : std::uint8_t {
   kRegionFigures = 4,  // region -> client: core/replication/region_figures.h
   kSceneRequest = 5,   // client -> region: core/replication/scene_transfer.h
   kMovement = 6,       // region -> client: core/replication/movement_news.h
+  kTileRequest = 7,    // client -> region: core/replication/scene_transfer.h
 };
 
 // An acknowledgement names the newest datagram that came, and has a bit for each of so many before it.
@@ -23,7 +24,7 @@ inline constexpr std::uint32_t kAckMaskBits = 64;
 inline constexpr std::uint64_t kMaxTick = std::uint64_t{1} << 52;
 
 inline DatagramKind KindOf(std::span<const std::uint8_t> datagram) {
-  if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kMovement)) {
+  if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kTileRequest)) {
     return DatagramKind::kUnknown;
   }
   return static_cast<DatagramKind>(datagram[0]);

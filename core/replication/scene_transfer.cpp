@@ -1,5 +1,6 @@
 #include "core/replication/scene_transfer.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "absl/strings/str_cat.h"
@@ -13,7 +14,7 @@ namespace {
 
 // The wire type 7 does not exist, so no message of protobuf begins with it.
 constexpr std::uint8_t kSceneMarker = 7;
-enum class MessageKind : std::uint8_t { kChunk = 1, kRefusal = 2 };
+enum class MessageKind : std::uint8_t { kChunk = 1, kRefusal = 2, kTile = 3 };
 constexpr std::size_t kMaxWhyBytes = 200;
 
 int DigitOf(char c) {
@@ -22,7 +23,7 @@ int DigitOf(char c) {
   return -1;
 }
 
-absl::StatusOr<std::variant<SceneChunk, SceneRefusal>> ReadChunk(ByteReader in) {
+absl::StatusOr<SceneMessage> ReadChunk(ByteReader in) {
   SceneChunk chunk;
   in.Field("scene_chunk.total_bytes");
   chunk.total_bytes = in.Varint();
@@ -35,6 +36,21 @@ absl::StatusOr<std::variant<SceneChunk, SceneRefusal>> ReadChunk(ByteReader in) 
     in.Fail("lies beyond the scene");
   }
   in.Field("scene_chunk.bytes");
+  if (in.remaining() == 0 || in.remaining() > kMaxSceneChunkBytes) in.Fail("out of range");
+  if (!in.ok()) return absl::InvalidArgumentError(in.error());
+  chunk.bytes = in.rest();
+  return chunk;
+}
+
+absl::StatusOr<SceneMessage> ReadTileChunk(ByteReader in) {
+  TileChunk chunk;
+  in.Field("tile_chunk.tile");
+  chunk.tile = in.Varint32();
+  if (chunk.tile >= kMaxTiles) in.Fail("out of range");
+  in.Field("tile_chunk.offset");
+  chunk.offset = in.Varint();
+  if (chunk.offset > kMaxTile_bytes) in.Fail("out of range");
+  in.Field("tile_chunk.bytes");
   if (in.remaining() == 0 || in.remaining() > kMaxSceneChunkBytes) in.Fail("out of range");
   if (!in.ok()) return absl::InvalidArgumentError(in.error());
   chunk.bytes = in.rest();
@@ -82,6 +98,49 @@ absl::StatusOr<SceneRequest> DecodeSceneRequest(std::span<const std::uint8_t> da
   return request;
 }
 
+std::vector<std::uint8_t> EncodeTileRequest(const TileRequest& request) {
+  assert(request.wishes.size() <= kMaxTileWishes);
+  ByteWriter out;
+  out.U8(static_cast<std::uint8_t>(DatagramKind::kTileRequest));
+  out.Varint(request.number);
+  out.Bytes(request.scene_hash);
+  out.Varint(request.wishes.size());
+  for (const TileRequest::Wish& wish : request.wishes) {
+    out.Varint(wish.tile);
+    out.Varint(wish.offset);
+  }
+  return out.Take();
+}
+
+absl::StatusOr<TileRequest> DecodeTileRequest(std::span<const std::uint8_t> datagram) {
+  ByteReader in(datagram);
+  in.Field("tile_request.kind");
+  if (in.U8() != static_cast<std::uint8_t>(DatagramKind::kTileRequest) && in.ok()) in.Fail("not of a request");
+  TileRequest request;
+  in.Field("tile_request.number");
+  request.number = in.Varint32();
+  in.Field("tile_request.scene_hash");
+  in.Fill(request.scene_hash);
+  in.Field("tile_request.wishes");
+  const std::size_t count = in.Count(2);
+  if (count > kMaxTileWishes) in.Fail("too many");
+  for (std::size_t i = 0; i < count && in.ok(); ++i) {
+    TileRequest::Wish wish;
+    in.Field("tile_request.wishes.tile");
+    wish.tile = in.Varint32();
+    if (wish.tile >= kMaxTiles) in.Fail("out of range");
+    const auto same = [&](const TileRequest::Wish& other) { return other.tile == wish.tile; };
+    if (std::ranges::any_of(request.wishes, same)) in.Fail("stands twice");
+    in.Field("tile_request.wishes.offset");
+    wish.offset = in.Varint();
+    if (wish.offset > kMaxTile_bytes) in.Fail("out of range");
+    request.wishes.push_back(wish);
+  }
+  if (in.ok() && in.remaining() > 0) in.Fail("trailing bytes");
+  if (!in.ok()) return absl::InvalidArgumentError(in.error());
+  return request;
+}
+
 bool IsSceneMessage(std::span<const std::uint8_t> message) { return !message.empty() && message[0] == kSceneMarker; }
 
 std::vector<std::uint8_t> EncodeSceneChunk(const SceneChunk& chunk) {
@@ -97,6 +156,18 @@ std::vector<std::uint8_t> EncodeSceneChunk(const SceneChunk& chunk) {
   return out.Take();
 }
 
+std::vector<std::uint8_t> EncodeTileChunk(const TileChunk& chunk) {
+  assert(chunk.bytes.size() <= kMaxSceneChunkBytes);
+  ByteWriter out;
+  out.Reserve(chunk.bytes.size() + 16);
+  out.U8(kSceneMarker);
+  out.U8(static_cast<std::uint8_t>(MessageKind::kTile));
+  out.Varint(chunk.tile);
+  out.Varint(chunk.offset);
+  out.Bytes(chunk.bytes);
+  return out.Take();
+}
+
 std::vector<std::uint8_t> EncodeSceneRefusal(const std::string& why) {
   ByteWriter out;
   out.U8(kSceneMarker);
@@ -105,13 +176,14 @@ std::vector<std::uint8_t> EncodeSceneRefusal(const std::string& why) {
   return out.Take();
 }
 
-absl::StatusOr<std::variant<SceneChunk, SceneRefusal>> DecodeSceneMessage(std::span<const std::uint8_t> message) {
+absl::StatusOr<SceneMessage> DecodeSceneMessage(std::span<const std::uint8_t> message) {
   ByteReader in(message);
   in.Field("scene_message");
   if (in.U8() != kSceneMarker && in.ok()) in.Fail("not of a scene");
   const std::uint8_t kind = in.U8();
   if (!in.ok()) return absl::InvalidArgumentError(in.error());
   if (kind == static_cast<std::uint8_t>(MessageKind::kChunk)) return ReadChunk(in);
+  if (kind == static_cast<std::uint8_t>(MessageKind::kTile)) return ReadTileChunk(in);
   if (kind != static_cast<std::uint8_t>(MessageKind::kRefusal)) {
     return absl::InvalidArgumentError(absl::StrCat("scene_message: of kind ", kind));
   }

@@ -4,7 +4,11 @@
 // A request states what the client wants from now on and where it is, so it may be lost or come twice; it is repeated
 // until what it asks for has come. While a client waits for the scene, a region sends it no snapshots, for which it
 // would have no use. Chunks say where they belong and of what they are a part, so a client goes on at another region
-// from where it was. docs/protocol.md, "The packed scene", has the bytes.
+// from where it was. docs/protocol.md, "The scene from a region", has the bytes.
+//
+// Tiles of a level (core/world/level_tiles.h) come in the same way once the scene is here, beside the snapshots: a
+// request names the tiles that the client wants now, the first ones first. A region that is asked for a tile no more
+// forgets what it has sent of it.
 //
 // Thread rule: free functions; any thread.
 #pragma once
@@ -36,6 +40,28 @@ struct SceneRequest {
   friend bool operator==(const SceneRequest&, const SceneRequest&) = default;
 };
 
+// The tiles that a client wants from now on, the most wanted first; none: no more.
+struct TileRequest {
+  struct Wish {
+    std::uint32_t tile = 0;    // its place in the scene's list
+    std::uint64_t offset = 0;  // all before it has come
+    friend bool operator==(const Wish&, const Wish&) = default;
+  };
+  std::uint32_t number = 0;  // one more with each request of a connection: one that was overtaken counts no more
+  Digest scene_hash{};       // as in a SceneRequest
+  std::vector<Wish> wishes;  // at most kMaxTileWishes, no tile twice
+  friend bool operator==(const TileRequest&, const TileRequest&) = default;
+};
+// Enough that small tiles fill the window.
+inline constexpr std::size_t kMaxTileWishes = 16;
+
+// A part of a packed tile, which the scene's list says the size and hash of.
+struct TileChunk {
+  std::uint32_t tile = 0;
+  std::uint64_t offset = 0;
+  std::span<const std::uint8_t> bytes;  // a view into the message
+};
+
 // A part of the packed scene.
 struct SceneChunk {
   std::uint64_t total_bytes = 0;  // size of the packed scene
@@ -49,7 +75,8 @@ struct SceneRefusal {
 };
 
 inline constexpr std::size_t kMaxSceneChunkBytes = 16 * 1024;
-// So many bytes beyond a client's offset are under way at most: the client says where it is before it runs dry.
+// So many bytes beyond a client's offset, or beyond those of its tiles together, are under way at most: the client says
+// where it is before it runs dry.
 inline constexpr std::uint64_t kSceneWindowBytes = 256 * 1024;
 
 // 64 hexadecimal digits, as SceneHash gives them. INVALID_ARGUMENT "scene_hash: is not 64 hexadecimal digits".
@@ -59,12 +86,18 @@ std::vector<std::uint8_t> EncodeSceneRequest(const SceneRequest& request);
 // INVALID_ARGUMENT naming the field: "scene_request.want: has no such choice".
 absl::StatusOr<SceneRequest> DecodeSceneRequest(std::span<const std::uint8_t> datagram);
 
+std::vector<std::uint8_t> EncodeTileRequest(const TileRequest& request);
+// INVALID_ARGUMENT naming the field: "tile_request.wishes: too many".
+absl::StatusOr<TileRequest> DecodeTileRequest(std::span<const std::uint8_t> datagram);
+
 // Whether a message of the reliable channel is one of these. A RegionControl never is: no field of protobuf begins so.
 bool IsSceneMessage(std::span<const std::uint8_t> message);
 // At most kMaxSceneChunkBytes.
 std::vector<std::uint8_t> EncodeSceneChunk(const SceneChunk& chunk);
+std::vector<std::uint8_t> EncodeTileChunk(const TileChunk& chunk);
 std::vector<std::uint8_t> EncodeSceneRefusal(const std::string& why);
 // INVALID_ARGUMENT naming the field: "scene_chunk.offset: lies beyond the scene".
-absl::StatusOr<std::variant<SceneChunk, SceneRefusal>> DecodeSceneMessage(std::span<const std::uint8_t> message);
+using SceneMessage = std::variant<SceneChunk, SceneRefusal, TileChunk>;
+absl::StatusOr<SceneMessage> DecodeSceneMessage(std::span<const std::uint8_t> message);
 
 }  // namespace tessera::replication

@@ -71,6 +71,55 @@ TEST(SceneTransferTest, AChunkThatLiesBeyondTheSceneIsRefused) {
   EXPECT_FALSE(DecodeSceneMessage(EncodeSceneChunk({100, SomeDigest(), 90, {}})).ok());
 }
 
+TEST(SceneTransferTest, ARequestForTilesComesBack) {
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, kMaxTileWishes}) {
+    TileRequest request{.number = 70'000, .scene_hash = SomeDigest(), .wishes = {}};
+    for (std::uint32_t i = 0; i < count; ++i) request.wishes.push_back({100 - i, std::uint64_t{1000} * i});
+    const TransferBytes bytes = EncodeTileRequest(request);
+    EXPECT_EQ(KindOf(bytes), DatagramKind::kTileRequest);
+    const auto read = DecodeTileRequest(bytes);
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(*read, request);
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      EXPECT_FALSE(DecodeTileRequest(std::span(bytes).first(size)).ok()) << size;
+    }
+  }
+}
+
+TEST(SceneTransferTest, ARequestForTilesThatIsWrongIsRefusedByItsField) {
+  const auto fault = [](std::vector<TileRequest::Wish> wishes) {
+    return std::string(
+        DecodeTileRequest(EncodeTileRequest({.number = 1, .scene_hash = {}, .wishes = std::move(wishes)}))
+            .status()
+            .message());
+  };
+  EXPECT_EQ(fault({{static_cast<std::uint32_t>(kMaxTiles), 0}}), "tile_request.wishes.tile: out of range");
+  EXPECT_EQ(fault({{3, kMaxTile_bytes + 1}}), "tile_request.wishes.offset: out of range");
+  EXPECT_EQ(fault({{3, 0}, {4, 0}, {3, 9}}), "tile_request.wishes.tile: stands twice");
+  TransferBytes many = EncodeTileRequest({.number = 1, .scene_hash = {}, .wishes = {}});
+  many.back() = static_cast<std::uint8_t>(kMaxTileWishes + 1);
+  many.resize(many.size() + 3 * kMaxTileWishes + 3, 1);
+  EXPECT_EQ(DecodeTileRequest(many).status().message(), "tile_request.wishes: too many");
+}
+
+TEST(SceneTransferTest, APartOfATileComesBackAndOneThatIsWrongIsRefused) {
+  const TransferBytes part(kMaxSceneChunkBytes, 9);
+  const TransferBytes bytes = EncodeTileChunk({.tile = 4711, .offset = 32768, .bytes = part});
+  EXPECT_TRUE(IsSceneMessage(bytes));
+  const auto read = DecodeSceneMessage(bytes);
+  ASSERT_TRUE(read.ok()) << read.status();
+  const auto& chunk = std::get<TileChunk>(*read);
+  EXPECT_EQ(chunk.tile, 4711u);
+  EXPECT_EQ(chunk.offset, 32768u);
+  EXPECT_EQ(TransferBytes(chunk.bytes.begin(), chunk.bytes.end()), part);
+  const auto fault = [&](const TileChunk& wrong) {
+    return std::string(DecodeSceneMessage(EncodeTileChunk(wrong)).status().message());
+  };
+  EXPECT_EQ(fault({.tile = kMaxTiles, .offset = 0, .bytes = part}), "tile_chunk.tile: out of range");
+  EXPECT_EQ(fault({.tile = 1, .offset = kMaxTile_bytes + 1, .bytes = part}), "tile_chunk.offset: out of range");
+  EXPECT_EQ(fault({.tile = 1, .offset = 0, .bytes = {}}), "tile_chunk.bytes: out of range");
+}
+
 TEST(SceneTransferTest, ARefusalSaysWhy) {
   const auto read = DecodeSceneMessage(EncodeSceneRefusal("another scene"));
   ASSERT_TRUE(read.ok()) << read.status();

@@ -198,7 +198,10 @@ enum {
   TESSERA_EVENT_SPAWN_TAKEN = 21,
   /* body: the id of tessera_predict_spawn. It is gone: the game did not make it, or not in time, or nothing is
    * predicted any more, as when the client ends; then the game may make it still. detail: which. */
-  TESSERA_EVENT_SPAWN_LOST = 22
+  TESSERA_EVENT_SPAWN_LOST = 22,
+  TESSERA_EVENT_TILE_CAME = 23, /* tile: its bodies can be drawn from now on, see tessera_tile_body */
+  /* tile: it is far away by now. What it holds, shapes and names among it, is valid until the next tessera_poll. */
+  TESSERA_EVENT_TILE_GONE = 24
 };
 
 typedef struct tessera_event {
@@ -216,7 +219,7 @@ typedef struct tessera_event {
   double contact_normal[3];
   double contact_impulse;
   uint32_t flags; /* TESSERA_EVENT_..., of: */
-  uint32_t reserved;
+  uint32_t tile;  /* 0 to tile_count - 1, see tessera_get_scene */
 } tessera_event;
 enum {
   /* CONTACT_BEGAN, TRIGGER_ENTERED: the two touched or overlapped already when this client connected to the region, at
@@ -536,19 +539,23 @@ typedef struct tessera_scene_info {
   double player_max_speed_m_s;
   double character_walk_speed_m_s; /* 0: forces move the player's body */
   double character_run_speed_m_s;
+  size_t tile_count; /* 0: all static bodies are among the scene's; else see tessera_get_tile */
+  double tile_edge;  /* m, of the square that a tile covers; 0 without tiles */
 } tessera_scene_info;
 #define TESSERA_SCENE_INFO \
-  { sizeof(tessera_scene_info), 0, NULL, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0 }
+  { sizeof(tessera_scene_info), 0, NULL, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0, 0, 0 }
 
 /* The scene as a whole; an empty one until it is here. Its pointers are valid as long as the client.
  * TESSERA_INVALID_ARGUMENT: a NULL, or scene.size. */
 TESSERA_API tessera_code tessera_get_scene(const tessera_client* client, tessera_scene_info* scene);
-/* A body of the scene by its place in the list, 0 to body_count - 1, ascending by id. TESSERA_INVALID_ARGUMENT: beyond
- * that. */
+/* A body of the scene by its place in the list, 0 to body_count - 1, ascending by id; without those that are in tiles.
+ * TESSERA_INVALID_ARGUMENT: beyond that. */
 TESSERA_API tessera_code tessera_scene_body(const tessera_client* client, size_t index, tessera_body_info* info);
-/* A body by its id, players' bodies too. TESSERA_NOT_FOUND if the scene has none of that id. */
+/* A body by its id, players' bodies too; one that is in several tiles with the shape of its part in one of them.
+ * TESSERA_NOT_FOUND if the scene has none of that id, or it is in tiles that are not here. */
 TESSERA_API tessera_code tessera_body_of(const tessera_client* client, uint64_t id, tessera_body_info* info);
-/* A shape: lengths in metres, in the body's own frame; vertices and indices are valid as long as the client.
+/* A shape: lengths in metres, in the body's own frame; vertices and indices are valid as long as the client, those of a
+ * tile as long as that. The shape of a body that is in several tiles is a part of the whole.
  * TESSERA_INVALID_ARGUMENT: a NULL, or info.size. */
 TESSERA_API tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* info);
 /* Child of a compound by its place, 0 to child_count - 1, with its pose in the compound: three doubles (m), four
@@ -558,6 +565,50 @@ TESSERA_API tessera_code tessera_shape_child(const tessera_shape* shape, size_t 
 /* A mesh that a shape is drawn with, by its place from 0 on; all of them together are drawn in its place. The children
  * of a compound have none. TESSERA_NOT_FOUND: beyond the last. TESSERA_INVALID_ARGUMENT: a NULL, or info.size. */
 TESSERA_API tessera_code tessera_shape_visual(const tessera_shape* shape, size_t index, tessera_visual_info* info);
+
+/* --- A large level: static bodies that come in tiles ---------------------------------------------------------------
+ *
+ * The level of a large scene (a megabyte or more of static bodies) is not with the scene: it is in tiles, squares of
+ * tile_edge on the ground, which come as the view reaches them, the nearest first, and go when it has left them.
+ *
+ *   tessera_view_tiles(client, NULL, 400);                              // draws 400 m far
+ *   if (event.kind == TESSERA_EVENT_TILE_CAME) {
+ *     tessera_get_tile(client, event.tile, &tile);
+ *     for (size_t i = 0; i < tile.body_count; ++i) {
+ *       tessera_tile_body(client, event.tile, i, &body);                // makes what is drawn of this tile
+ *   ...
+ *   if (event.kind == TESSERA_EVENT_TILE_GONE) ...                      // frees it
+ *
+ * Each triangle of a level is in one tile, so a mesh or height field that is wider than a square has a part in each
+ * tile that it reaches: several bodies with one id, which together are the whole. They are kept in scene_cache_dir. A
+ * client that was given the scene, and a recording, have all that they have in the scene. */
+
+typedef struct tessera_tile_info {
+  uint32_t size;
+  int32_t here;        /* 1: its bodies can be asked for; 0: it has not come, or has gone */
+  int32_t row, column; /* of its square: z from row * tile_edge on, x from column * tile_edge on */
+  double bounds_min[3], bounds_max[3]; /* m, of all that it holds, which may reach beyond the square */
+  uint64_t bytes;                      /* on the wire, and in scene_cache_dir */
+  size_t body_count;                   /* 0 while it is not here */
+} tessera_tile_info;
+#define TESSERA_TILE_INFO \
+  { sizeof(tessera_tile_info), 0, 0, 0, {0, 0, 0}, {0, 0, 0}, 0, 0 }
+
+/* A tile by its place, 0 to tile_count - 1, whether it is here or not. TESSERA_INVALID_ARGUMENT: beyond that, a NULL, or
+ * tile.size. */
+TESSERA_API tessera_code tessera_get_tile(const tessera_client* client, uint32_t tile, tessera_tile_info* info);
+/* A body of a tile by its place in it, 0 to body_count - 1, ascending by id; its pose is that of its shape here. Its
+ * pointers are valid until the tessera_poll after the one that gave TESSERA_EVENT_TILE_GONE for this tile.
+ * TESSERA_NOT_FOUND: the tile is not here. TESSERA_INVALID_ARGUMENT: beyond the tiles or the tile's bodies, a NULL, or
+ * info.size. */
+TESSERA_API tessera_code tessera_tile_body(const tessera_client* client, uint32_t tile, size_t index,
+                                           tessera_body_info* info);
+/* Which tiles are wanted from the next tessera_poll on: those with something within `radius` (m, on the ground) of
+ * `centre` (three doubles, m); NULL: about the own body, where that is known, or where a spectator looks from. 0: the
+ * radius of the scene's view, as before the first call, and all of the level where the scene has none; INFINITY: all of
+ * it. A tile goes when it is more than a tile_edge further away. What prediction needs about the own body, within 250
+ * m, comes besides. TESSERA_INVALID_ARGUMENT: a NULL client, a negative radius, or what is not a number. */
+TESSERA_API tessera_code tessera_view_tiles(tessera_client* client, const double centre[3], double radius);
 
 /* --- Statistics --------------------------------------------------------------------------------------------------- */
 
@@ -584,12 +635,14 @@ typedef struct tessera_stats {
   /* Came while newer ones were here already, after the program stood, and were not read: nothing is lost by it. */
   uint64_t datagrams_passed_over;
   int32_t predicting; /* 1: the own body is shown ahead, by the inputs already made */
-  uint32_t reserved2;
+  uint32_t tiles;     /* of a large level, that are here */
+  uint64_t tile_bytes;    /* which those were on the wire */
+  uint64_t tiles_damaged; /* times one came that was not the one of the scene's list: it is asked for again */
 } tessera_stats;
 #define TESSERA_STATS                                                                                         \
   {                                                                                                           \
     sizeof(tessera_stats), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}, \
-        {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, 0, 0, 0                                                             \
+        {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, 0, 0, 0, 0, 0                                                       \
   }
 
 /* Measurements since the join, and of the last second where a field says so. TESSERA_INVALID_ARGUMENT: a NULL, or

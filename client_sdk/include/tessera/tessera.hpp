@@ -71,6 +71,7 @@ struct Event {
   std::array<double, 3> contact_point{}, contact_normal{};
   double contact_impulse = 0;
   bool since_before = false;  // the two touched or overlapped already when this client connected to the region
+  std::uint32_t tile = 0;
 };
 
 // A value of an event of the game; bodies and players are their ids.
@@ -95,9 +96,10 @@ using BodyInfo = tessera_body_info;
 using SceneInfo = tessera_scene_info;
 using ShapeInfo = tessera_shape_info;
 using VisualInfo = tessera_visual_info;
+using TileInfo = tessera_tile_info;
 using Vector = std::array<float, 3>;
 
-// A shape of the scene; valid as long as its client.
+// A shape of the scene; valid as long as its client, or the tile that it is in.
 //   for (const ShapeChild& child : shape.Children()) Draw(child.shape, child.position, child.orientation);
 struct ShapeChild;
 class SceneShape {
@@ -212,7 +214,8 @@ class Client {
                         {event.contact_point[0], event.contact_point[1], event.contact_point[2]},
                         {event.contact_normal[0], event.contact_normal[1], event.contact_normal[2]},
                         event.contact_impulse,
-                        (event.flags & TESSERA_EVENT_SINCE_BEFORE) != 0});
+                        (event.flags & TESSERA_EVENT_SINCE_BEFORE) != 0,
+                        event.tile});
     }
     return events;
   }
@@ -317,12 +320,29 @@ class Client {
     tessera_get_scene(get(), &scene);
     return scene;
   }
-  // All bodies of the scene, ascending by id; static ones never appear among Bodies().
+  // All bodies of the scene but those in tiles, ascending by id; static ones never appear among Bodies().
   //   for (const BodyInfo& body : client.SceneBodies()) Draw(SceneShape(body.shape), body.position, body.orientation);
   std::vector<BodyInfo> SceneBodies() const {
     std::vector<BodyInfo> bodies(Scene().body_count, BodyInfo TESSERA_BODY_INFO);
     for (std::size_t i = 0; i < bodies.size(); ++i) tessera_scene_body(get(), i, &bodies[i]);
     return bodies;
+  }
+  // A tile of a large level, 0 to Scene().tile_count - 1; nothing beyond.
+  std::optional<TileInfo> Tile(std::uint32_t tile) const {
+    TileInfo info = TESSERA_TILE_INFO;
+    if (tessera_get_tile(get(), tile, &info) != TESSERA_OK) return std::nullopt;
+    return info;
+  }
+  // The bodies of a tile, ascending by id; none while it is not here.
+  std::vector<BodyInfo> TileBodies(std::uint32_t tile) const {
+    const std::optional<TileInfo> info = Tile(tile);
+    std::vector<BodyInfo> bodies(info ? info->body_count : 0, BodyInfo TESSERA_BODY_INFO);
+    for (std::size_t i = 0; i < bodies.size(); ++i) tessera_tile_body(get(), tile, i, &bodies[i]);
+    return bodies;
+  }
+  // Which tiles come: those within `radius_m` of the own body, or of `centre`; see tessera_view_tiles.
+  Error ViewTiles(double radius_m, const std::optional<std::array<double, 3>>& centre = std::nullopt) {
+    return Error::Of(tessera_view_tiles(get(), centre ? centre->data() : nullptr, radius_m));
   }
   std::optional<BodyInfo> InfoOf(std::uint64_t id) const {
     BodyInfo info = TESSERA_BODY_INFO;
