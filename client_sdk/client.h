@@ -271,8 +271,9 @@ class Client {
   // Null: it is not here.
   std::shared_ptr<const Tile> TileAt(std::uint32_t tile) const;
   // From now on those tiles come that are within `radius_m` of `centre` on the ground, the nearest first, and go when
-  // they are well beyond. Nothing for `centre`: about the own body, or where a spectator looks from. 0: the radius of
-  // the scene's view, and all of the level where it has none; infinite: all. What prediction needs comes besides.
+  // they are well beyond. Nothing for `centre`: about the own body, or where a spectator looks from; of a viewer the
+  // middle of the world. 0: the radius of the scene's view, and all of the level where it has none, and for a viewer;
+  // infinite: all. What prediction needs comes besides.
   void ViewTiles(std::optional<Vec3d> centre, double radius_m);
   // The definition of one of the scene's bodies or, the same for all, of a player's; null if the scene has no such
   // body, or it is in tiles that are not here. Of a body in several tiles: the part in one of them.

@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kTilePatience{2000}, kTilePause{300};
 
 std::vector<TileStore::Place> Client::Impl::TilePlaces() const {
   const Scene& scene = *session.scene;
-  double radius_m = tile_radius_m > 0 ? tile_radius_m : scene.view.radius_m;
+  double radius_m = tile_radius_m > 0 ? tile_radius_m : Watches() ? 0 : scene.view.radius_m;
   if (radius_m == 0) radius_m = std::numeric_limits<double>::infinity();
   std::optional<Vec3d> own = OwnPosition();
   if (!own && !Watches() && scene.player && !scene.player->spawn_points.empty()) {  // where the body is going to be
@@ -31,7 +31,7 @@ std::vector<TileStore::Place> Client::Impl::TilePlaces() const {
   if (own && predictor) places.push_back({*own, kPredictionNeeds_m});
   if (const std::optional<Vec3d> centre = tile_centre ? tile_centre : own) {
     places.push_back({*centre, radius_m});
-  } else if (std::isinf(radius_m)) {
+  } else if (std::isinf(radius_m) || Watches()) {
     places.push_back({(scene.bounds.min + scene.bounds.max) * 0.5, radius_m});
   }
   return places;

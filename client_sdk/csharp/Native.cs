@@ -51,6 +51,8 @@ namespace Tessera {
     MovementMissing = 20,
     SpawnTaken = 21,
     SpawnLost = 22,
+    TileCame = 23,
+    TileGone = 24,
   }
 
   public enum FieldType {
@@ -135,7 +137,7 @@ namespace Tessera.Native {
     public fixed double contact_normal[3];
     public double contact_impulse;
     public uint flags;
-    public uint reserved;
+    public uint tile;
 
     public static tessera_event Initial {
       get {
@@ -357,11 +359,33 @@ namespace Tessera.Native {
     public double player_max_speed_m_s;
     public double character_walk_speed_m_s;
     public double character_run_speed_m_s;
+    public UIntPtr tile_count;
+    public double tile_edge;
 
     public static tessera_scene_info Initial {
       get {
         var one = new tessera_scene_info();
         one.size = (uint)sizeof(tessera_scene_info);
+        return one;
+      }
+    }
+  }
+
+  [StructLayout(LayoutKind.Sequential)]
+  public unsafe struct tessera_tile_info {
+    public uint size;
+    public int here;
+    public int row;
+    public int column;
+    public fixed double bounds_min[3];
+    public fixed double bounds_max[3];
+    public ulong bytes;
+    public UIntPtr body_count;
+
+    public static tessera_tile_info Initial {
+      get {
+        var one = new tessera_tile_info();
+        one.size = (uint)sizeof(tessera_tile_info);
         return one;
       }
     }
@@ -406,7 +430,9 @@ namespace Tessera.Native {
     public tessera_duration update_time;
     public ulong datagrams_passed_over;
     public int predicting;
-    public uint reserved2;
+    public uint tiles;
+    public ulong tile_bytes;
+    public ulong tiles_damaged;
 
     public static tessera_stats Initial {
       get {
@@ -592,6 +618,8 @@ namespace Tessera.Native {
     public const int TESSERA_EVENT_MOVEMENT_MISSING = 20;
     public const int TESSERA_EVENT_SPAWN_TAKEN = 21;
     public const int TESSERA_EVENT_SPAWN_LOST = 22;
+    public const int TESSERA_EVENT_TILE_CAME = 23;
+    public const int TESSERA_EVENT_TILE_GONE = 24;
     public const int TESSERA_EVENT_SINCE_BEFORE = 1;
     public const int TESSERA_MAX_COMMAND = 1024;
     public const int TESSERA_SPAWN_FROM_OWN = 1;
@@ -772,6 +800,15 @@ namespace Tessera.Native {
 
     [DllImport("tessera-client", CallingConvention = CallingConvention.Cdecl)]
     public static extern Code tessera_shape_visual(IntPtr shape, UIntPtr index, tessera_visual_info* info);
+
+    [DllImport("tessera-client", CallingConvention = CallingConvention.Cdecl)]
+    public static extern Code tessera_get_tile(IntPtr client, uint tile, tessera_tile_info* info);
+
+    [DllImport("tessera-client", CallingConvention = CallingConvention.Cdecl)]
+    public static extern Code tessera_tile_body(IntPtr client, uint tile, UIntPtr index, tessera_body_info* info);
+
+    [DllImport("tessera-client", CallingConvention = CallingConvention.Cdecl)]
+    public static extern Code tessera_view_tiles(IntPtr client, double* centre, double radius);
 
     [DllImport("tessera-client", CallingConvention = CallingConvention.Cdecl)]
     public static extern Code tessera_get_stats(IntPtr client, tessera_stats* stats);

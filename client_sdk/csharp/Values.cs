@@ -75,7 +75,7 @@ namespace Tessera {
   public readonly struct Event {
     public readonly EventKind Kind;
     public readonly ulong Body, Other;
-    public readonly uint Region, Input;
+    public readonly uint Region, Input, Tile;
     public readonly string Detail, Property;
     public readonly Vector3d ContactPoint, ContactNormal;
     public readonly double ContactImpulse;
@@ -87,6 +87,7 @@ namespace Tessera {
       Other = from->other;
       Region = from->region;
       Input = from->input;
+      Tile = from->tile;
       Detail = Utf8.Read(from->detail);
       Property = Utf8.Read(from->property);
       ContactPoint = new Vector3d(from->contact_point);

@@ -44,8 +44,8 @@ Value MeshOf(const desktop::Mesh& triangles) {
 
 }  // namespace
 
-Bodies::Look* Bodies::LookOf(const tessera_shape* shape) {
-  const auto [at, is_new] = looks_.try_emplace(shape);
+Bodies::Look* Bodies::LookOf(const tessera_shape* shape, Looks& looks) {
+  const auto [at, is_new] = looks.try_emplace(shape);
   if (!is_new) return &at->second;
   for (const desktop::Part& part : desktop::PartsOf(shape)) {
     tessera_shape_info info = TESSERA_SHAPE_INFO;
@@ -87,6 +87,26 @@ void Bodies::TakeScene(const tessera_client* client) {
     if (tessera_scene_body(client, i, &info) != TESSERA_OK || info.dynamic != 0 || info.trigger != 0) continue;
     statics_.emplace_back(NewNode(info.id, *LookOf(info.shape), PoseOf(info.position, info.orientation)));
   }
+}
+
+// Its shapes go with it, so their meshes are kept by its nodes alone.
+void Bodies::TakeTile(const tessera_client* client, std::uint32_t tile) {
+  tessera_tile_info info = TESSERA_TILE_INFO;
+  if (drawing_ == Drawing::kNothing || tessera_get_tile(client, tile, &info) != TESSERA_OK) return;
+  Looks looks;
+  std::vector<Node>& nodes = tiles_[tile];
+  for (std::size_t i = 0; i < info.body_count; ++i) {
+    tessera_body_info body = TESSERA_BODY_INFO;
+    if (tessera_tile_body(client, tile, i, &body) != TESSERA_OK) continue;
+    nodes.emplace_back(NewNode(body.id, *LookOf(body.shape, looks), PoseOf(body.position, body.orientation)));
+  }
+}
+
+void Bodies::DropTile(std::uint32_t tile) {
+  const auto found = tiles_.find(tile);
+  if (found == tiles_.end()) return;
+  for (Node& node : found->second) node.Free();
+  tiles_.erase(found);
 }
 
 void Bodies::Enter(const tessera_client* client, std::uint64_t id, const Pose& pose, Shown& shown) {
@@ -177,6 +197,7 @@ void* Bodies::NodeOf(std::uint64_t id) const {
 void Bodies::Clear() {
   for (auto& [id, shown] : shown_) shown.node.Free();
   for (Node& node : statics_) node.Free();
+  while (!tiles_.empty()) DropTile(tiles_.begin()->first);
   for (auto& [shape, look] : looks_) {
     for (Part& part : look) part.instances.Free();
   }

@@ -1,7 +1,8 @@
 // Bodies: draws the bodies of a world, as a Node3D each or as one MultiMesh for each shape.
 //
 // A Node3D is named body_ID and has a MeshInstance3D for each part of the shape; a game may add its own, hide these, or
-// free it. Static bodies of the scene are nodes in both ways. Meshes have no material, so the engine's default one
+// free it. Static bodies of the scene and of tiles that are here are
+// nodes in both ways. Meshes have no material, so the engine's default one
 // draws them.
 //
 // Thread rule: as engine.h.
@@ -34,6 +35,9 @@ class Bodies {
 
   // The scene is here: its static bodies are drawn.
   void TakeScene(const tessera_client* client);
+  // A tile of a large level has come, or goes.
+  void TakeTile(const tessera_client* client, std::uint32_t tile);
+  void DropTile(std::uint32_t tile);
   // Puts each body where it is to be drawn now. Which have come and gone is for the caller to pass on.
   Changes Update(tessera_client* client, std::int64_t now_ns);
   // Null without one: it is not in sight, or is no node.
@@ -59,7 +63,9 @@ class Bodies {
     std::uint64_t frame = 0;
   };
 
-  Look* LookOf(const tessera_shape* shape);
+  using Looks = std::unordered_map<const tessera_shape*, Look>;
+  Look* LookOf(const tessera_shape* shape, Looks& looks);
+  Look* LookOf(const tessera_shape* shape) { return LookOf(shape, looks_); }
   Value NewNode(std::uint64_t id, const Look& look, const Pose& pose);
   void Enter(const tessera_client* client, std::uint64_t id, const Pose& pose, Shown& shown);
   void Place(const Pose& pose, Shown& shown);
@@ -69,9 +75,10 @@ class Bodies {
   Drawing drawing_ = Drawing::kNodes;
   float plane_half_m_ = 100;
   std::uint64_t frame_ = 0;
-  std::unordered_map<const tessera_shape*, Look> looks_;
+  Looks looks_;
   std::unordered_map<std::uint64_t, Shown> shown_;
   std::vector<Node> statics_;
+  std::unordered_map<std::uint32_t, std::vector<Node>> tiles_;
   std::vector<tessera_body> bodies_;
   Name add_child_{"add_child"}, set_transform_{"set_transform"}, set_buffer_{"set_buffer"};
 };

@@ -61,6 +61,7 @@ Value DictionaryOf(const tessera_event& event) {
   all.Set(Value("contact_point"), VectorOf(event.contact_point));
   all.Set(Value("contact_normal"), VectorOf(event.contact_normal));
   all.Set(Value("contact_impulse"), Value(event.contact_impulse));
+  all.Set(Value("tile"), Value(static_cast<std::int64_t>(event.tile)));
   all.Set(Value("since_before"), Value((event.flags & TESSERA_EVENT_SINCE_BEFORE) != 0));
   return all;
 }
@@ -191,6 +192,8 @@ void WorldNode::TellEvents() {
   const std::uint64_t mine = joins_;
   tessera_event event = TESSERA_EVENT;
   while (joins_ == mine && tessera_next_event(client_, &event) != 0) {
+    if (event.kind == TESSERA_EVENT_TILE_CAME) bodies_.TakeTile(client_, event.tile);
+    if (event.kind == TESSERA_EVENT_TILE_GONE) bodies_.DropTile(event.tile);
     // body_entered and body_left say more than these two.
     if (event.kind == TESSERA_EVENT_APPEARED || event.kind == TESSERA_EVENT_VANISHED) continue;
     Emit("event", DictionaryOf(event));

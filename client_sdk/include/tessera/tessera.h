@@ -604,9 +604,9 @@ TESSERA_API tessera_code tessera_get_tile(const tessera_client* client, uint32_t
 TESSERA_API tessera_code tessera_tile_body(const tessera_client* client, uint32_t tile, size_t index,
                                            tessera_body_info* info);
 /* Which tiles are wanted from the next tessera_poll on: those with something within `radius` (m, on the ground) of
- * `centre` (three doubles, m); NULL: about the own body, where that is known, or where a spectator looks from. 0: the
- * radius of the scene's view, as before the first call, and all of the level where the scene has none; INFINITY: all of
- * it. A tile goes when it is more than a tile_edge further away. What prediction needs about the own body, within 250
+ * `centre` (three doubles, m); NULL: about the own body, where that is known, or where a spectator looks from; of a
+ * viewer about the middle of the world. 0: the radius of the scene's view, as before the first call, and all of the
+ * level where the scene has none, and for a viewer; INFINITY: all of it. A tile goes when it is more than a tile_edge further away. What prediction needs about the own body, within 250
  * m, comes besides. TESSERA_INVALID_ARGUMENT: a NULL client, a negative radius, or what is not a number. */
 TESSERA_API tessera_code tessera_view_tiles(tessera_client* client, const double centre[3], double radius);
 
