@@ -43,6 +43,12 @@ void TestClient::AskForScene(replication::SceneRequest::Want want, const replica
   SendDatagram(replication::EncodeSceneRequest({.want = want, .scene_hash = hash, .offset = scene_bytes.size()}));
 }
 
+void TestClient::AskForTiles(const std::vector<std::uint32_t>& wanted) {
+  replication::TileRequest request{.number = ++tile_requests_, .scene_hash = {}, .wishes = {}};
+  for (const std::uint32_t tile : wanted) request.wishes.push_back({tile, tiles[tile].size()});
+  SendDatagram(replication::EncodeTileRequest(request));
+}
+
 void TestClient::Service() {
   const std::uint32_t before = snapshots_;
   for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(2))) Handle(event);
@@ -85,6 +91,12 @@ void TestClient::ReadScene(const net::Bytes& bytes) {
   ASSERT_TRUE(message.ok()) << message.status();
   if (const auto* refused = std::get_if<replication::SceneRefusal>(&*message)) {
     scene_refused = refused->why;
+    return;
+  }
+  if (const auto* part = std::get_if<replication::TileChunk>(&*message)) {
+    std::vector<std::uint8_t>& tile = tiles[part->tile];
+    ASSERT_EQ(part->offset, tile.size());
+    tile.insert(tile.end(), part->bytes.begin(), part->bytes.end());
     return;
   }
   const auto& chunk = std::get<replication::SceneChunk>(*message);

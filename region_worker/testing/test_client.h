@@ -34,6 +34,8 @@ class TestClient {
   void SendInput(const PlayerInput& input);
   void Acknowledge();
   void AskForScene(replication::SceneRequest::Want want, const replication::Digest& hash = {});
+  // For what has not come of these tiles.
+  void AskForTiles(const std::vector<std::uint32_t>& wanted);
 
   // Takes what has come, answering snapshots; waits a little for the first.
   void Service();
@@ -56,7 +58,8 @@ class TestClient {
   std::vector<std::uint8_t> scene_bytes;
   std::uint64_t scene_total = 0;
   std::string scene_refused;
-  std::uint32_t full_records = 0, records = 0;  // since the start
+  std::map<std::uint32_t, std::vector<std::uint8_t>> tiles;  // what has come of each
+  std::uint32_t full_records = 0, records = 0;               // since the start
 
  private:
   void Handle(const net::Event& event);
@@ -66,7 +69,7 @@ class TestClient {
   std::unique_ptr<net::Endpoint> endpoint_;
   net::PeerHandle peer_;
   replication::SnapshotReceiver receiver_;
-  std::uint32_t snapshots_ = 0;
+  std::uint32_t snapshots_ = 0, tile_requests_ = 0;
 };
 
 // Services all clients until `done`; false when it takes longer than kPatience.
