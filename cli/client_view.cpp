@@ -118,6 +118,10 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
         return body + " takes the place of what was predicted, " + event.detail;
       case Kind::kSpawnLost:
         return "what was predicted is gone: " + event.detail;
+      case Kind::kTileCame:
+        return fmt::format("tile {} of the level came", event.tile);
+      case Kind::kTileGone:
+        return fmt::format("tile {} of the level went", event.tile);
     }
     return "?";
   };

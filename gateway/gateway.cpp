@@ -273,6 +273,16 @@ void Gateway::TickWorlds(TimePoint now) {
   metrics_.recordings.Set(recordings);
 }
 
+std::shared_ptr<const std::string> Gateway::TileBy(const std::string& sha256) const {
+  for (const auto& [id, viewer] : viewers_) {
+    const ViewFeed* view = viewer.world != nullptr ? viewer.world->view() : nullptr;
+    if (viewer.played != nullptr) view = viewer.played->view();
+    if (view == nullptr || view->book == nullptr) continue;
+    if (auto tile = view->book->TileBy(sha256)) return tile;
+  }
+  return nullptr;
+}
+
 bool Gateway::idle() const {
   return viewers_.empty() && std::none_of(worlds_.begin(), worlds_.end(),
                                           [](const auto& world) { return world.second.world->recording(); });

@@ -69,6 +69,9 @@ class Gateway {
   std::optional<std::string> Over(ViewerId viewer) const;
 
   WorldList::List Worlds() const { return list_.Latest(); }
+  // A tile of a world or recording that somebody watches, by its SHA-256; null: none has it. Who knows the hash was
+  // sent the list.
+  std::shared_ptr<const std::string> TileBy(const std::string& sha256) const;
   // Nobody watches, and nothing is recorded.
   bool idle() const;
 

@@ -13,8 +13,11 @@ namespace {
 
 constexpr unsigned kOk = 200, kNotModified = 304, kUnauthorized = 401, kForbidden = 403, kNotFound = 404,
                    kConflict = 409, kBroken = 500, kUnavailable = 503;
-constexpr char kPlainText[] = "text/plain; charset=utf-8", kJson[] = "application/json", kGlb[] = "model/gltf-binary";
+constexpr char kPlainText[] = "text/plain; charset=utf-8", kJson[] = "application/json", kGlb[] = "model/gltf-binary",
+               kBinary[] = "application/octet-stream";
 constexpr absl::string_view kVisualPath = "/visuals/", kVisualEnding = ".glb", kRecordPath = "/api/recordings/";
+constexpr absl::string_view kTilePath = "/tiles/";
+constexpr char kImmutable[] = "private, max-age=31536000, immutable";
 constexpr int kVisualPatience_s = 60;  // it may have to be fetched
 // An order waits for the control plane to say whose token it came with.
 constexpr int kOrderPatience_s = 30;
@@ -45,7 +48,7 @@ HttpAnswer PageAnswerOf(const PageFile& file, const HttpRequest& request) {
 // A name that is a hash has one content for ever, so a browser asks once.
 HttpAnswer VisualAnswerOf(const VisualFiles::Answer& file) {
   if (file.ok()) {
-    return {.type = kGlb, .cache_control = "private, max-age=31536000, immutable", .body = *file};
+    return {.type = kGlb, .cache_control = kImmutable, .body = *file};
   }
   unsigned status = kBroken;
   if (absl::IsNotFound(file.status())) status = kNotFound;
@@ -104,6 +107,11 @@ HttpAnswer HttpSite::Find(const HttpRequest& request) const {
   if (request.path == "/api/worlds") {
     const WorldList::List list = gateway_ == nullptr ? WorldList::List() : gateway_->Worlds();
     return Say(kOk, kJson, WorldsPage(list.instances, list.problem));
+  }
+  if (absl::string_view sha256 = request.path; absl::ConsumePrefix(&sha256, kTilePath)) {
+    const auto tile = gateway_ == nullptr ? nullptr : gateway_->TileBy(std::string(sha256));
+    if (tile == nullptr) return Say(kNotFound, kPlainText, "No world that is watched here has such a tile.\n");
+    return {.type = kBinary, .cache_control = kImmutable, .body = tile};
   }
   if (request.path == "/api/recordings") {
     const auto list = gateway_ == nullptr ? std::vector<ListedRecording>() : gateway_->Recordings();

@@ -117,8 +117,9 @@ TEST_F(HttpSiteTest, WithoutAGatewayListsAreEmptyAndOrdersFindNothing) {
 
 TEST_F(HttpSiteTest, OtherAddressesAreNotFound) {
   const std::string hash(64, 'a');
-  for (const std::string& path : {std::string("/visuals/"), "/visuals/" + hash, "/visuals/" + hash + "a.glb",
-                                  "/visuals/../" + hash + ".glb", std::string("/api/"), std::string()}) {
+  for (const std::string& path :
+       {std::string("/visuals/"), "/visuals/" + hash, "/visuals/" + hash + "a.glb", "/visuals/../" + hash + ".glb",
+        std::string("/api/"), std::string(), "/tiles/" + hash, std::string("/tiles/")}) {
     EXPECT_EQ(Get({.path = path}).status, 404) << path;
   }
   EXPECT_EQ(Get({.method = HttpMethod::kPost, .path = "/"}).status, 404) << "pages are not posted to";

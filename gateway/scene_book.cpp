@@ -1,7 +1,14 @@
 #include "gateway/scene_book.h"
 
+#include <algorithm>
+#include <optional>
+#include <string_view>
+#include <utility>
+
 #include "core/physics/collide/hull_growth.h"
 #include "core/physics/mass_properties.h"
+#include "core/world/byte_view.h"
+#include "core/world/sha256.h"
 #include "gateway/viewer_format.h"
 
 namespace tessera::gateway {
@@ -68,18 +75,76 @@ struct PutForm {
 
 bool NeverMoves(const BodyDef& def) { return def.motion == Motion::kStatic && def.path == nullptr; }
 
+// The shapes that more than one tile has, in the order of tiles.
+std::vector<ShapePtr> SharedByTiles(const LevelCut& cut) {
+  std::unordered_map<const Shape*, const Tile*> first;
+  std::vector<ShapePtr> shared;
+  for (const auto& [square, tile] : cut.tiles) {
+    for (const TilePart& part : tile.parts) {
+      if (first.try_emplace(part.body.shape.get(), &tile).first->second != &tile) shared.push_back(part.body.shape);
+    }
+  }
+  return shared;
+}
+
 }  // namespace
 
 SceneBook::SceneBook(const Scene& scene) {
-  for (const BodyDef& def : scene.bodies) AddShape(def.shape);
+  const std::optional<LevelCut> cut = CutLevel(scene);
+  const auto in_tiles = [&](const BodyDef& def) { return cut && std::ranges::binary_search(cut->in_tiles, def.id); };
+  for (const BodyDef& def : scene.bodies) {
+    if (!in_tiles(def)) AddShape(def.shape);
+  }
   if (scene.player) AddShape(scene.player->body.shape);
   for (const Prefab& prefab : scene.prefabs) {
     for (const BodyDef& def : prefab.bodies) AddShape(def.shape);
   }
+  if (cut) {
+    for (const ShapePtr& shape : SharedByTiles(*cut)) AddShape(shape);
+  }
+  EndShapes();
+  for (const BodyDef& def : scene.bodies) {
+    if (NeverMoves(def) && !in_tiles(def)) AddStatic(def, {def.initial.position, def.initial.orientation});
+  }
+  Flush(static_cast<std::uint8_t>(MessageKind::kStatics), true);
+  if (cut) AddTiles(*cut);
+}
+
+std::shared_ptr<const std::string> SceneBook::TileBy(const std::string& sha256) const {
+  const auto found = tiles_.find(sha256);
+  return found == tiles_.end() ? nullptr : found->second;
+}
+
+void SceneBook::EndShapes() {
   Flush(static_cast<std::uint8_t>(MessageKind::kShapes), true);
   for (const ShapePtr& shape : drawn_) AddVisuals(shape);
+  drawn_.clear();
   Flush(static_cast<std::uint8_t>(MessageKind::kVisuals), true);
-  AddStatics(scene);
+}
+
+void SceneBook::AddTiles(const LevelCut& cut) {
+  ByteWriter list;
+  list.U8(static_cast<std::uint8_t>(MessageKind::kTiles));
+  list.Varint(cut.tiles.size());
+  std::vector<Bytes> scene = std::exchange(messages_, {});
+  for (const auto& [square, tile] : cut.tiles) {
+    for (const TilePart& part : tile.parts) AddShape(part.body.shape);
+    EndShapes();
+    for (const TilePart& part : tile.parts) AddStatic(part.body, PoseOf(part));
+    Flush(static_cast<std::uint8_t>(MessageKind::kStatics), true);
+    ByteWriter content;
+    for (const Bytes& message : std::exchange(messages_, {})) content.Block(message);
+    auto bytes = std::make_shared<const std::string>(AsText(content.bytes()));
+    const std::string sha256 = Sha256Hex(*bytes);
+    const Aabb bounds = BoundsOf(tile);
+    list.V(Narrow(bounds.min));
+    list.V(Narrow(bounds.max));
+    list.Varint(bytes->size());
+    list.Block(std::string_view(sha256));
+    tiles_.emplace(sha256, std::move(bytes));
+  }
+  messages_ = std::move(scene);
+  messages_.push_back(list.Take());
 }
 
 std::uint32_t SceneBook::NumberOf(const Shape& shape) const {
@@ -119,19 +184,15 @@ void SceneBook::AddVisuals(const ShapePtr& shape) {
   ++pending_count_;
 }
 
-void SceneBook::AddStatics(const Scene& scene) {
-  for (const BodyDef& def : scene.bodies) {
-    if (!NeverMoves(def)) continue;
-    Flush(static_cast<std::uint8_t>(MessageKind::kStatics), false);
-    pending_.Varint(def.id.value());
-    pending_.Block(std::string_view(def.name));
-    pending_.Varint(numbers_.at(def.shape.get()));
-    pending_.U8(def.trigger ? kTriggerFlag : 0);
-    pending_.V(def.initial.position);
-    PutQuaternion(def.initial.orientation, pending_);
-    ++pending_count_;
-  }
-  Flush(static_cast<std::uint8_t>(MessageKind::kStatics), true);
+void SceneBook::AddStatic(const BodyDef& def, const Pose& pose) {
+  Flush(static_cast<std::uint8_t>(MessageKind::kStatics), false);
+  pending_.Varint(def.id.value());
+  pending_.Block(std::string_view(def.name));
+  pending_.Varint(numbers_.at(def.shape.get()));
+  pending_.U8(def.trigger ? kTriggerFlag : 0);
+  pending_.V(pose.position);
+  PutQuaternion(pose.orientation, pending_);
+  ++pending_count_;
 }
 
 // Ends the message under way if it is `all` there is, or large enough.

@@ -8,7 +8,9 @@
 #include <numbers>
 #include <set>
 
+#include "core/world/byte_view.h"
 #include "core/world/scene_load.h"
+#include "core/world/sha256.h"
 #include "gateway/testing/viewer_decoder.h"
 #include "gateway/viewer_format.h"
 
@@ -326,6 +328,55 @@ TEST(GoldenMessageTest, VisualsAreAsEverBetweenShapesAndStatics) {
   ExpectGolden("8-visuals", book.messages()[1], decoder);
   decoder.Take(book.messages()[2]);
   EXPECT_EQ(decoder.statics, 1u);
+}
+
+// A square kilometre under a ball, with a thousand boxes that look alike.
+Scene LargeLevel() {
+  Scene scene;
+  scene.name = "large";
+  scene.bounds = {{-600, -10, -600}, {600, 50, 600}};
+  HeightFieldShape field{.columns = 1000, .rows = 1000, .spacing_m = 1, .heights_m = {}};
+  for (int i = 0; i < 1'000'000; ++i) field.heights_m.push_back(static_cast<float>(i % 5));
+  const auto box = std::make_shared<const Shape>(Shape{BoxShape{{1, 1, 1}}});
+  for (std::uint64_t i = 0; i <= 1001; ++i) {
+    BodyDef& def = scene.bodies.emplace_back();
+    def.id = BodyId(i + 1);
+    def.shape = box;
+    def.motion = Motion::kStatic;
+    def.mass_kg = 0;
+    def.initial.position = {static_cast<double>(i % 30) * 30 - 450, 6, static_cast<double>(i / 30) * 30 - 450};
+  }
+  scene.bodies[0].shape = std::make_shared<const Shape>(Shape{std::move(field)});
+  scene.bodies[0].initial.position = {};
+  scene.bodies[1001].shape = std::make_shared<const Shape>(Shape{SphereShape{1}});
+  scene.bodies[1001].motion = Motion::kDynamic;
+  scene.bodies[1001].mass_kg = 1;
+  return scene;
+}
+
+TEST(SceneBookTest, ALargeLevelIsAListOfTilesAndEachIsThereByItsHash) {
+  const Scene scene = LargeLevel();
+  const SceneBook book(scene);
+  ViewerDecoder decoder;
+  for (const Bytes& message : book.messages()) decoder.Take(message);
+  EXPECT_EQ(decoder.statics, 0u);
+  EXPECT_EQ(decoder.shapes, 2u) << "the ball, and the box that tiles share";
+  EXPECT_EQ(book.NumberOf(*scene.bodies[1001].shape), 1u);
+  ASSERT_GT(decoder.tiles.size(), 8u);
+  const auto tiles = decoder.tiles;
+  for (const auto& [sha256, bytes] : tiles) {
+    const auto content = book.TileBy(sha256);
+    ASSERT_NE(content, nullptr);
+    EXPECT_EQ(content->size(), bytes);
+    EXPECT_EQ(Sha256Hex(*content), sha256);
+    ByteReader in(AsBytes(*content));
+    while (in.ok() && in.remaining() > 0) decoder.Take(in.Block(content->size()));
+    EXPECT_TRUE(in.ok()) << in.error();
+  }
+  EXPECT_GE(decoder.statics, 1000u + tiles.size() / 2) << "boxes, and a part of the field in each tile";
+  EXPECT_EQ(decoder.statics, 1000u + decoder.shapes - 2);
+  EXPECT_EQ(book.TileBy(std::string(64, 'a')), nullptr);
+  EXPECT_EQ(book.TileBy("../secret"), nullptr);
 }
 
 TEST(GoldenMessageTest, AreAsEverInTheOrderOfAConnection) {

@@ -9,7 +9,15 @@ namespace tessera::gateway {
 inline constexpr std::uint8_t kViewerProtocolVersion = 1;
 inline constexpr char kViewerSubprotocol[] = "tessera.viewer.1";
 
-enum class MessageKind : std::uint8_t { kWelcome = 1, kShapes = 2, kStatics = 3, kMap = 4, kFrame = 5, kVisuals = 6 };
+enum class MessageKind : std::uint8_t {
+  kWelcome = 1,
+  kShapes = 2,
+  kStatics = 3,
+  kMap = 4,
+  kFrame = 5,
+  kVisuals = 6,
+  kTiles = 7
+};
 
 // A message of shapes or statics grows to this, but for a single shape that is larger.
 inline constexpr std::size_t kMaxSceneMessage_bytes = std::size_t{1} << 20;

@@ -12,6 +12,8 @@
 #include "core/world/packed_scene.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene_load.h"
+#include "core/world/sha256.h"
+#include "gateway/testing/page_request.h"
 #include "gateway/testing/viewer_socket.h"
 #include "gateway/testing/web_loop.h"
 #include "host/temporary_folder.h"
@@ -24,9 +26,9 @@ using testing::StartsWith;
 
 constexpr auto kPatience = 60s;
 
-// A ball that lies in the middle for some seconds.
-void WriteRecording(const std::string& path) {
-  const auto loaded = LoadScene(SceneForm::kText, R"(
+// A ball that lies in the middle for some seconds. `more`: fields of the scene.
+void WriteRecording(const std::string& path, const std::string& more = "") {
+  const auto loaded = LoadScene(SceneForm::kText, more + R"(
     name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
     bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
     bodies { id: 2 mass: 1 shape { sphere { radius: 0.5 } } })",
@@ -95,6 +97,45 @@ TEST_F(ViewerSocketsTest, AViewerIsSentTheWorldUntilItGoes) {
     shown = third.Until([&] { return third.decoder.bodies.size() == 1; }, kPatience);
   }
   EXPECT_TRUE(shown);
+}
+
+// A square kilometre below the ball.
+std::string WideGround() {
+  std::string text =
+      "bodies { id: 9 motion: MOTION_STATIC shape { height_field { columns: 1025 rows: 1025 spacing: 1 heights: [0";
+  for (int i = 1; i < 1025 * 1025; ++i) text += i % 5 == 0 ? ",-1" : ",0";
+  return text + "] } } }";
+}
+
+TEST_F(ViewerSocketsTest, TilesOfALargeLevelAreThereByTheirHashesWhileSomebodyWatches) {
+  ASSERT_NO_FATAL_FAILURE(WriteRecording(folder_.path() + "/wide.rec", WideGround()));
+  std::optional<ViewerSocket> viewer;
+  viewer.emplace(address(), "", At("/play/wide.rec"));
+  ASSERT_TRUE(viewer->Until([&] { return viewer->decoder.bodies.size() == 1; }, kPatience));
+  EXPECT_EQ(viewer->decoder.statics, 1u) << "the plane alone";
+  ASSERT_GT(viewer->decoder.tiles.size(), 8u);
+  std::size_t parts = 0;
+  for (const auto& [sha256, bytes] : viewer->decoder.tiles) {
+    PageAnswer tile = RequestPage(address(), "/tiles/" + sha256);
+    ASSERT_EQ(tile.status, 200);
+    EXPECT_EQ(tile.body.size(), bytes);
+    EXPECT_EQ(Sha256Hex(tile.body), sha256);
+    EXPECT_THAT(tile.headers["cache-control"], testing::HasSubstr("immutable"));
+    ByteReader in(AsBytes(tile.body));
+    const std::size_t before = viewer->decoder.statics;
+    while (in.ok() && in.remaining() > 0) viewer->decoder.Take(in.Block(tile.body.size()));
+    EXPECT_TRUE(in.ok()) << in.error();
+    parts += viewer->decoder.statics - before;
+  }
+  EXPECT_GE(parts, viewer->decoder.tiles.size());
+  const std::string known = "/tiles/" + viewer->decoder.tiles[0].first;
+  EXPECT_EQ(RequestPage(address(), "/tiles/" + std::string(64, '0')).status, 404);
+  EXPECT_EQ(RequestPage(address(), known, {}, "HEAD").status, 200);
+  viewer.reset();
+  const auto limit = std::chrono::steady_clock::now() + kPatience;
+  while (RequestPage(address(), known).status == 200 && std::chrono::steady_clock::now() < limit) {
+  }
+  EXPECT_EQ(RequestPage(address(), known).status, 404);
 }
 
 TEST_F(ViewerSocketsTest, AMessageInPartsIsOne) {

@@ -126,6 +126,9 @@ Words ViewerDecoder::Take(std::span<const std::uint8_t> message) {
     case MessageKind::kStatics:
       words = Statics(in);
       break;
+    case MessageKind::kTiles:
+      words = Tiles(in);
+      break;
     case MessageKind::kMap:
       words = Map(in);
       break;
@@ -213,6 +216,20 @@ Words ViewerDecoder::Statics(ByteReader& in) {
     ++statics;
   }
   return {{"message", "statics"}, {"statics", list}};
+}
+
+Words ViewerDecoder::Tiles(ByteReader& in) {
+  Words list = Words::array();
+  for (std::size_t left = in.Count(90); left > 0; --left) {
+    Words words{{"bounds", Floats(in, 6)}};
+    const std::uint64_t bytes = in.Varint();
+    words["bytes"] = bytes;
+    const std::string sha256 = Text(in);
+    words["sha256"] = sha256;
+    tiles.emplace_back(sha256, bytes);
+    list.push_back(words);
+  }
+  return {{"message", "tiles"}, {"tiles", list}};
 }
 
 Words ViewerDecoder::Map(ByteReader& in) {

@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/world/bytes.h"
@@ -37,6 +38,7 @@ class ViewerDecoder {
 
   std::map<std::uint64_t, Body> bodies;
   std::uint32_t shapes = 0;
+  std::vector<std::pair<std::string, std::uint64_t>> tiles;  // hashes and bytes
   std::size_t statics = 0, frames = 0, welcomes = 0;
   std::uint64_t tick = 0, map_version = 0, own_body = 0, own_player = 0;
   double time_s = 0;
@@ -49,6 +51,7 @@ class ViewerDecoder {
   nlohmann::ordered_json Shapes(ByteReader& in);
   nlohmann::ordered_json Visuals(ByteReader& in);
   nlohmann::ordered_json Statics(ByteReader& in);
+  nlohmann::ordered_json Tiles(ByteReader& in);
   nlohmann::ordered_json Map(ByteReader& in);
   nlohmann::ordered_json Frame(ByteReader& in);
 };

@@ -241,18 +241,34 @@ std::size_t Renderer::Add(const Mesh& mesh, const Coat& coat) {
   attribute(4, 4, sizeof(Copy), offsetof(Copy, colour), 1);
   attribute(7, 1, sizeof(Copy), offsetof(Copy, own), 1);
   gl_.BindVertexArray(0);
-  meshes_.push_back(buffers);
-  return meshes_.size() - 1;
+  if (removed_.empty()) {
+    meshes_.push_back(buffers);
+    return meshes_.size() - 1;
+  }
+  const std::size_t number = removed_.back();
+  removed_.pop_back();
+  meshes_[number] = buffers;
+  return number;
 }
 
+void Renderer::Free(const Buffers& mesh) {
+  gl_.DeleteVertexArrays(1, &mesh.array);
+  gl_.DeleteBuffers(1, &mesh.vertices);
+  gl_.DeleteBuffers(1, &mesh.indices);
+  gl_.DeleteBuffers(1, &mesh.copies);
+}
+
+void Renderer::Remove(std::size_t mesh) {
+  Free(meshes_[mesh]);
+  meshes_[mesh] = {};
+  removed_.push_back(mesh);
+}
+
+// Those that were removed have the name 0, which OpenGL passes over.
 void Renderer::Clear() {
-  for (const Buffers& mesh : meshes_) {
-    gl_.DeleteVertexArrays(1, &mesh.array);
-    gl_.DeleteBuffers(1, &mesh.vertices);
-    gl_.DeleteBuffers(1, &mesh.indices);
-    gl_.DeleteBuffers(1, &mesh.copies);
-  }
+  for (const Buffers& mesh : meshes_) Free(mesh);
   meshes_.clear();
+  removed_.clear();
   for (const auto& [paint, texture] : paints_) glDeleteTextures(1, &texture);
   paints_.clear();
 }

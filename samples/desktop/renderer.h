@@ -57,6 +57,8 @@ class Renderer {
   const std::string& error() const { return error_; }
   // A paint that several meshes share is kept once.
   std::size_t Add(const Mesh& mesh, const Coat& coat = {});
+  // Its number may be given out again.
+  void Remove(std::size_t mesh);
   void Clear();
   void Draw(const Picture& picture, int width, int height);
 
@@ -69,6 +71,7 @@ class Renderer {
   };
   GLuint Link(const char* vertex, const char* fragment);
   void MakeShadowMap();
+  void Free(const Buffers& mesh);
   GLuint PaintOf(const std::shared_ptr<const Paint>& paint);
   void DrawCopies(bool in_colour);
   void SetMatrix(GLuint program, const char* name, const Matrix& matrix);
@@ -78,6 +81,7 @@ class Renderer {
   std::string error_;
   GLuint world_ = 0, shadow_ = 0, sky_ = 0, shadow_map_ = 0, shadow_frame_ = 0, nothing_ = 0;
   std::vector<Buffers> meshes_;
+  std::vector<std::size_t> removed_;  // numbers that are free
   std::map<std::shared_ptr<const Paint>, GLuint> paints_;
   std::vector<std::pair<std::size_t, GLsizei>> drawn_;  // drawn in the frame under way: mesh, copies
 };

@@ -53,8 +53,8 @@ World::World(Renderer& renderer, Visuals& visuals, const tessera::Client& client
   }
 }
 
-const std::vector<World::Placed>& World::MeshesOf(const tessera_shape* shape) {
-  const auto [found, is_new] = shapes_.try_emplace(shape);
+const std::vector<World::Placed>& World::MeshesOf(const tessera_shape* shape, Shapes& shapes) {
+  const auto [found, is_new] = shapes.try_emplace(shape);
   if (!is_new) return found->second;
   for (const Painted& painted : visuals_.MeshesOf(tessera::SceneShape(shape).Visuals())) {
     // A flag or a fence has no thickness.
@@ -96,8 +96,36 @@ void World::Paint(const std::vector<Placed>& meshes, const double* position, con
   }
 }
 
+// The shapes of a tile that has gone are gone, too: nothing but its meshes is left.
+void World::FollowTiles(const tessera::Client& client) {
+  for (std::uint32_t number = 0; number < scene_.tile_count; ++number) {
+    const bool here = client.Tile(number)->here != 0;
+    const auto known = tiles_.find(number);
+    if (here == (known != tiles_.end())) continue;
+    if (!here) {
+      for (const auto& [shape, meshes] : known->second.shapes) {
+        for (const Placed& placed : meshes) {
+          picture_.copies.erase(placed.mesh);
+          renderer_.Remove(placed.mesh);
+        }
+      }
+      tiles_.erase(known);
+      continue;
+    }
+    Tile& tile = tiles_[number];
+    for (const tessera::BodyInfo& info : client.TileBodies(number)) {
+      tile.standing.push_back({&MeshesOf(info.shape, tile.shapes), info});
+    }
+  }
+}
+
 void World::PaintStatic() {
-  for (const Standing& body : standing_) {
+  Paint(standing_);
+  for (const auto& [number, tile] : tiles_) Paint(tile.standing);
+}
+
+void World::Paint(const std::vector<Standing>& standing) {
+  for (const Standing& body : standing) {
     tessera::ShapeInfo shape = TESSERA_SHAPE_INFO;
     tessera_get_shape(body.info.shape, &shape);
     Copy as;
@@ -140,6 +168,7 @@ const Picture& World::Look(tessera::Client& client, const Hands& hands, float se
   const std::vector<tessera::Body>& bodies = client.Bodies();
   PlaceCamera(client, bodies, hands, seconds);
   for (auto& [mesh, copies] : picture_.copies) copies.clear();
+  FollowTiles(client);
   PaintStatic();
   for (const tessera::Body& body : bodies) {
     const auto from_eye = [&](std::size_t axis) {

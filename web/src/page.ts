@@ -1,6 +1,6 @@
 // Page: puts the parts together, and draws a picture whenever the screen wants one.
 
-import { type JsonMessage, type PartitionMap, type ShapeVisuals, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
+import { type JsonMessage, type PartitionMap, type ShapeVisuals, type TileEntry, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
 import { type LinkState } from './connection.ts';
 import { takeKey } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
@@ -180,6 +180,10 @@ export class Page implements SessionListener {
 
   statics(message: BinaryMessage & { kind: Kind.statics }): void {
     this.view.addStatics(message.statics);
+  }
+
+  tiled(tiles: TileEntry[]): void {
+    this.view.tiles.begin(tiles);
   }
 
   mapped(map: PartitionMap): void {
@@ -362,6 +366,7 @@ export class Page implements SessionListener {
     const { session } = this;
     session.checkOrders(now_s);
     session.lookAt(this.view.rig.target, this.view.rig.distance);
+    this.view.tiles.lookAt(this.view.rig.target, this.view.rig.distance);
     this.room.draw(session.room, now_s);
     this.detail.show(session.bodies, this.view.selected, session.detail, this.view.follows);
     if (session.link.state === 'waiting') this.toldWaiting(session.link);
@@ -414,6 +419,7 @@ export class Page implements SessionListener {
             drawn: view.batches.drawn,
             statics: view.level.count,
             visuals: view.visuals.drawn,
+            tiles: view.tiles.drawn,
             regions: session.map?.regions.length ?? 0,
             frames: session.frames,
             owner_changes: session.bodies.owner_changes,

@@ -2,7 +2,7 @@
 
 import { Connection, type LinkState } from './connection.ts';
 import { keepRight, keptRight, type Right } from './right.ts';
-import { type Answer, type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type ShapeVisuals, type Welcome } from './protocol/messages.ts';
+import { type Answer, type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type ShapeVisuals, type TileEntry, type Welcome } from './protocol/messages.ts';
 import type { ShapeTable } from './view/geometry.ts';
 import { Bodies, type BodyListener } from './world/bodies.ts';
 import { Playout } from './world/playout.ts';
@@ -19,6 +19,7 @@ export interface SessionListener extends BodyListener {
   began(): void; // the picture begins anew: what was shown is void
   visuals(visuals: ShapeVisuals[]): void;
   statics(message: BinaryMessage & { kind: Kind.statics }): void;
+  tiled(tiles: TileEntry[]): void;
   mapped(map: PartitionMap): void;
   framed(): void;
   deadChanged(): void;
@@ -176,6 +177,9 @@ export class Session {
         return;
       case Kind.statics:
         this.listener.statics(message as BinaryMessage & { kind: Kind.statics });
+        return;
+      case Kind.tiles:
+        this.listener.tiled(message.tiles);
         return;
       case Kind.map:
         this.map = message;

@@ -104,3 +104,23 @@ test('the floor lies below all there is, and a plane needs none', () => {
   level.clear();
   assert.deepEqual([level.count, level.group.children.length, floor.visible, floor.position.y], [0, 1, true, 0]);
 });
+
+test('what a tile brought goes with it, and nothing else', () => {
+  const shapes = new Map<number, Shape>([
+    [1, { kind: 'box', half: [1, 1, 1] }],
+    [2, strip(50)],
+    [3, strip(70)],
+  ]);
+  const level = makeLevel();
+  level.add([body(1, 1, [0, 0, 0])], shapes);
+  level.add([body(2, 2, [0, 0, 0]), ...Array.from({ length: 9 }, (_, at) => body(10 + at, 1, [at, 0, 0]))], shapes, 0);
+  level.add([body(2, 3, [0, 0, 0])], shapes, 7);
+  assert.equal(level.count, 12);
+  assert.equal(drawn(level).triangles, 12 * 10 + 50 + 70);
+  level.drop(0);
+  assert.equal(level.count, 2);
+  assert.equal(drawn(level).triangles, 12 + 70);
+  level.drop(0);
+  level.drop(7);
+  assert.deepEqual([level.count, drawn(level).triangles], [1, 12]);
+});

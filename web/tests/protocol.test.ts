@@ -2,8 +2,8 @@ import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { decode } from '../src/protocol/decode.ts';
-import { Writer, encodeFrame, encodeMap, encodeShapes, encodeStatics, encodeVisuals, encodeWelcome } from '../src/protocol/encode.ts';
+import { decode, decodeTile } from '../src/protocol/decode.ts';
+import { Writer, encodeFrame, encodeMap, encodeShapes, encodeStatics, encodeTile, encodeTiles, encodeVisuals, encodeWelcome } from '../src/protocol/encode.ts';
 import { type BinaryMessage, type Frame, Kind, SPEED_UNITS, idHalves, idText } from '../src/protocol/messages.ts';
 import { packOrientation, unpackOrientation } from '../src/protocol/orientation.ts';
 import { ProtocolError, Reader } from '../src/protocol/reader.ts';
@@ -44,6 +44,27 @@ test('visuals come back as they were sent, and a file is named by a hash alone',
   for (const sha256 of ['', '../secret', 'A'.repeat(64), 'a'.repeat(63)]) {
     assert.throws(() => decode(encodeVisuals([{ shape: 1, meshes: [{ ...mesh, sha256 }] }])), ProtocolError);
   }
+});
+
+test('the list of tiles comes back as it was sent, and a tile is named by a hash alone', () => {
+  const tile = { bounds: [-8, -1, 0, 8.5, 3, 16], bytes: 123456, sha256: '0123456789abcdef'.repeat(4) };
+  const tiles = [tile, { ...tile, bytes: 1 }];
+  assert.deepEqual(decode(encodeTiles(tiles)), { kind: Kind.tiles, tiles });
+  for (const sha256 of ['', '../secret', 'A'.repeat(64)]) {
+    assert.throws(() => decode(encodeTiles([{ ...tile, sha256: sha256.padEnd(64, '/') }])), ProtocolError);
+  }
+});
+
+test('a tile holds shapes, visuals and statics, and nothing else', () => {
+  const shapes = fakeShapes();
+  const statics = fakeStatics();
+  const content = decodeTile(encodeTile([encodeShapes(shapes), encodeStatics(statics), encodeShapes(shapes.slice(0, 1))]));
+  assert.equal(content.shapes.length, shapes.length + 1);
+  assert.deepEqual({ kind: Kind.statics, statics: content.statics }, decode(encodeStatics(statics)));
+  assert.deepEqual(content.visuals, []);
+  assert.throws(() => decodeTile(encodeTile([encodeWelcome(welcome)])), /kind 1 in a tile/);
+  const whole = encodeTile([encodeShapes(shapes)]);
+  assert.throws(() => decodeTile(whole.subarray(0, whole.length - 1)), ProtocolError);
 });
 
 test('statics and the map come back as they were sent', () => {

@@ -16,6 +16,8 @@ import {
   type ShapeVisuals,
   type Statics,
   TRIGGER,
+  type TileContent,
+  type TilesMessage,
   VERSION,
   type VisualMesh,
   type VisualsMessage,
@@ -45,6 +47,8 @@ function decodeBody(reader: Reader, kind: number): BinaryMessage {
       return frame(reader);
     case Kind.visuals:
       return visuals(reader);
+    case Kind.tiles:
+      return tiles(reader);
     default:
       return reader.fail(`unknown kind of message ${kind}`);
   }
@@ -148,11 +152,15 @@ function visuals(reader: Reader): VisualsMessage {
   return message;
 }
 
-function visualMesh(reader: Reader): VisualMesh {
+// It becomes part of an address.
+function hash(reader: Reader, of: string): string {
   const sha256 = reader.text();
-  // It becomes part of an address.
-  if (!/^[0-9a-f]{64}$/.test(sha256)) reader.fail('a mesh file whose name is no hash');
-  return { sha256, mesh: reader.varint(), position: [...reader.f32s(3)], orientation: [...reader.f32s(4)], scale: [...reader.f32s(3)] };
+  if (!/^[0-9a-f]{64}$/.test(sha256)) reader.fail(`a ${of} whose name is no hash`);
+  return sha256;
+}
+
+function visualMesh(reader: Reader): VisualMesh {
+  return { sha256: hash(reader, 'mesh file'), mesh: reader.varint(), position: [...reader.f32s(3)], orientation: [...reader.f32s(4)], scale: [...reader.f32s(3)] };
 }
 
 function statics(reader: Reader): Statics {
@@ -168,6 +176,28 @@ function statics(reader: Reader): Statics {
     });
   }
   return message;
+}
+
+function tiles(reader: Reader): TilesMessage {
+  const message: TilesMessage = { kind: Kind.tiles, tiles: [] };
+  for (let left = reader.count(90); left > 0; --left) {
+    message.tiles.push({ bounds: [...reader.f32s(6)], bytes: reader.varint(), sha256: hash(reader, 'tile') });
+  }
+  return message;
+}
+
+// The content of a tile: its messages, each behind its length.
+export function decodeTile(data: ArrayBuffer | Uint8Array): TileContent {
+  const reader = new Reader(data);
+  const content: TileContent = { shapes: [], visuals: [], statics: [] };
+  while (reader.left > 0) {
+    const message = decode(reader.bytesOf(reader.count(1)));
+    if (message.kind === Kind.shapes) content.shapes.push(...message.shapes);
+    else if (message.kind === Kind.visuals) content.visuals.push(...message.visuals);
+    else if (message.kind === Kind.statics) content.statics.push(...message.statics);
+    else reader.fail(`a message of kind ${message.kind} in a tile`);
+  }
+  return content;
 }
 
 function partitionMap(reader: Reader): PartitionMap {

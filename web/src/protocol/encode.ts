@@ -12,6 +12,7 @@ import {
   type ShapeVisuals,
   type StaticBody,
   SPEED_UNITS,
+  type TileEntry,
   VERSION,
   type Welcome,
 } from './messages.ts';
@@ -152,6 +153,28 @@ export function encodeVisuals(visuals: ShapeVisuals[]): Uint8Array {
       out.varint(mesh);
       out.f32(...position, ...orientation, ...scale);
     }
+  }
+  return out.done();
+}
+
+export function encodeTiles(tiles: TileEntry[]): Uint8Array {
+  const out = new Writer();
+  out.u8(Kind.tiles);
+  out.varint(tiles.length);
+  for (const { bounds, bytes, sha256 } of tiles) {
+    out.f32(...bounds);
+    out.varint(bytes);
+    out.text(sha256);
+  }
+  return out.done();
+}
+
+// The content of a tile.
+export function encodeTile(messages: Uint8Array[]): Uint8Array {
+  const out = new Writer();
+  for (const message of messages) {
+    out.varint(message.length);
+    for (const byte of message) out.u8(byte);
   }
   return out.done();
 }

@@ -12,6 +12,7 @@ export const enum Kind {
   map = 4,
   frame = 5,
   visuals = 6,
+  tiles = 7,
 }
 
 export interface Welcome {
@@ -74,6 +75,24 @@ export interface StaticBody {
 
 export interface Statics {
   kind: Kind.statics;
+  statics: StaticBody[];
+}
+
+// A part of a large level, which is fetched by its hash when it is needed.
+export interface TileEntry {
+  bounds: number[]; // minimum x, y, z, maximum x, y, z
+  bytes: number;
+  sha256: string;
+}
+
+export interface TilesMessage {
+  kind: Kind.tiles;
+  tiles: TileEntry[];
+}
+
+export interface TileContent {
+  shapes: Shapes['shapes'];
+  visuals: ShapeVisuals[];
   statics: StaticBody[];
 }
 
@@ -142,7 +161,7 @@ export interface ChangedBodies {
   speed: Float32Array; // m/s
 }
 
-export type BinaryMessage = Welcome | Shapes | VisualsMessage | Statics | PartitionMap | Frame;
+export type BinaryMessage = Welcome | Shapes | VisualsMessage | Statics | TilesMessage | PartitionMap | Frame;
 
 export interface RegionStatus {
   region: number;

@@ -114,6 +114,11 @@ export class Reader {
     }
   }
 
+  bytesOf(count: number): Uint8Array {
+    const begin = this.take(count);
+    return this.bytes.subarray(begin, begin + count);
+  }
+
   f32s(count: number): Float32Array {
     const begin = this.take(4 * count);
     const values = new Float32Array(count);

@@ -3,7 +3,8 @@
 // A level may have thousands of bodies. Those of one message are sorted by their shape: a shape that many of them have is
 // drawn as instances, and all others are baked together, so that the picture takes a few calls however many bodies there
 // are. The work is linear in what the messages hold, and what has been drawn once is not touched again: bodies that are
-// drawn by meshes of a file wait for it, and come when it has, or as their shapes when it will not.
+// drawn by meshes of a file wait for it, and come when it has, or as their shapes when it will not. What a tile of a large
+// level brought goes with it.
 
 import * as THREE from 'three';
 import type { StaticBody } from '../protocol/messages.ts';
@@ -14,6 +15,7 @@ import type { Territory, Theme } from './territory.ts';
 import type { Visuals } from './visuals.ts';
 
 const INSTANCED_FROM = 8; // bodies of one shape in a message
+const NO_TILE = -1;
 const MOST_BAKED = 1 << 20; // vertices of a mesh: 28 MB
 
 const GROUND = new THREE.PlaneGeometry(4000, 4000).rotateX(-Math.PI / 2);
@@ -32,7 +34,8 @@ export class Level {
     depthWrite: false,
   });
   private readonly drawn: THREE.MeshLambertMaterial; // by its own meshes, in their colours
-  private readonly waiting = new Map<number, StaticBody[]>(); // by shape
+  private readonly waiting = new Map<number, { body: StaticBody; tile: number }[]>(); // by shape
+  private readonly tiles = new Map<number, { meshes: THREE.Mesh[]; bodies: number }>(); // what each brought
   private readonly visuals: LevelVisuals;
   private readonly floor: THREE.Mesh;
   private has_plane = false;
@@ -97,15 +100,16 @@ export class Level {
     this.uniforms.outside.value.set(theme.ground).multiplyScalar(0.8);
   }
 
-  // All bodies of a message, whose shapes are known.
-  add(statics: StaticBody[], shapes: ShapeTable): void {
+  // All bodies of a message, or of a tile (0 and up), whose shapes are known.
+  add(statics: StaticBody[], shapes: ShapeTable, tile = NO_TILE): void {
+    if (tile !== NO_TILE && !this.tiles.has(tile)) this.tiles.set(tile, { meshes: [], bodies: 0 });
     const groups = new Map<string, StaticBody[]>();
     for (const body of statics) {
       if (!shapes.has(body.shape)) continue;
       if (!body.trigger && this.visuals.waits(body.shape)) {
         const waiting = this.waiting.get(body.shape);
-        if (waiting) waiting.push(body);
-        else this.waiting.set(body.shape, [body]);
+        if (waiting) waiting.push({ body, tile });
+        else this.waiting.set(body.shape, [{ body, tile }]);
         continue;
       }
       const key = `${body.shape}${body.trigger ? ' trigger' : ''}`;
@@ -125,28 +129,42 @@ export class Level {
       const placed = group.map((body) => ({ geometry, matrix: matrixOf(body) }));
       this.measure(geometry, placed);
       this.bodies += group.length;
-      if (many) this.show(instances(geometry, material, placed), material);
+      const brought = this.tiles.get(tile);
+      if (brought) brought.bodies += group.length;
+      if (many) this.show(instances(geometry, material, placed), material, tile);
       else if (baked.has(material)) baked.get(material)!.push(...placed);
       else baked.set(material, placed);
     }
-    for (const [material, placed] of baked) this.bake(material, placed);
+    for (const [material, placed] of baked) this.bake(material, placed, tile);
     this.placeFloor();
   }
 
   // It is known how these shapes are drawn.
   settle(numbers: number[], shapes: ShapeTable): void {
-    const bodies = numbers.flatMap((shape) => this.waiting.get(shape) ?? []);
+    const waited = numbers.flatMap((shape) => this.waiting.get(shape) ?? []);
     for (const shape of numbers) this.waiting.delete(shape);
-    if (bodies.length > 0) this.add(bodies, shapes);
+    for (const tile of new Set(waited.map((one) => one.tile))) {
+      this.add(waited.filter((one) => one.tile === tile).map(({ body }) => body), shapes, tile);
+    }
   }
 
-  private bake(material: THREE.MeshLambertMaterial, placed: Placed[]): void {
+  // All that the tile brought.
+  drop(tile: number): void {
+    const brought = this.tiles.get(tile);
+    if (!brought) return;
+    this.tiles.delete(tile);
+    for (const mesh of brought.meshes) this.free(mesh);
+    this.bodies -= brought.bodies;
+    for (const [shape, waiting] of this.waiting) this.waiting.set(shape, waiting.filter((one) => one.tile !== tile));
+  }
+
+  private bake(material: THREE.MeshLambertMaterial, placed: Placed[], tile: number): void {
     let begin = 0;
     let vertices = 0;
     for (let at = 0; at <= placed.length; ++at) {
       const size = at < placed.length ? bakedSize(placed[at]!.geometry) : Infinity;
       if (at > begin && vertices + size > MOST_BAKED) {
-        this.show(new THREE.Mesh(bake(placed.slice(begin, at)), material), material);
+        this.show(new THREE.Mesh(bake(placed.slice(begin, at)), material), material, tile);
         begin = at;
         vertices = 0;
       }
@@ -155,7 +173,8 @@ export class Level {
     for (const { geometry } of placed) geometry.dispose();
   }
 
-  private show(mesh: THREE.Mesh, material: THREE.MeshLambertMaterial): void {
+  private show(mesh: THREE.Mesh, material: THREE.MeshLambertMaterial, tile: number): void {
+    this.tiles.get(tile)?.meshes.push(mesh);
     mesh.receiveShadow = material !== this.trigger;
     mesh.castShadow = material === this.solid || material === this.drawn;
     mesh.matrixAutoUpdate = false;
@@ -177,13 +196,17 @@ export class Level {
     this.floor.position.y = Number.isFinite(this.lowest) ? this.lowest - 0.02 : 0;
   }
 
+  private free(mesh: THREE.Mesh): void {
+    this.group.remove(mesh);
+    mesh.geometry.dispose();
+    if (mesh instanceof THREE.InstancedMesh) mesh.dispose();
+  }
+
   clear(): void {
     for (const child of [...this.group.children] as THREE.Mesh[]) {
-      if (child === this.floor) continue;
-      this.group.remove(child);
-      child.geometry.dispose();
-      if (child instanceof THREE.InstancedMesh) child.dispose();
+      if (child !== this.floor) this.free(child);
     }
+    this.tiles.clear();
     this.waiting.clear();
     this.has_plane = false;
     this.lowest = Infinity;

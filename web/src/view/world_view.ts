@@ -12,6 +12,7 @@ import type { ShapeTable } from './geometry.ts';
 import { Level } from './level.ts';
 import { pick } from './picking.ts';
 import { Territory, type Theme } from './territory.ts';
+import { Tiles } from './tiles.ts';
 import { Visuals } from './visuals.ts';
 
 const FLASH_S = 0.7; // a body that changes its owner lights up for so long
@@ -25,6 +26,7 @@ export class WorldView {
   readonly batches: Batches;
   readonly level: Level;
   readonly visuals: Visuals;
+  readonly tiles: Tiles;
   readonly contacts = new Contacts();
   readonly software: boolean;
   mode: ColourMode = 'region';
@@ -69,6 +71,18 @@ export class WorldView {
     this.visuals = new Visuals({ settled, problem });
     this.batches = new Batches(bodies, shapes, this.visuals);
     this.level = new Level(this.territory, this.visuals);
+    this.tiles = new Tiles({
+      came: (tile, { shapes: made, visuals, statics }) => {
+        for (const { number, shape } of made) this.shapes.set(number, shape);
+        this.visuals.add(visuals);
+        this.level.add(statics, this.shapes, tile);
+      },
+      gone: (tile, { shapes: made }) => {
+        this.level.drop(tile);
+        for (const { number } of made) this.shapes.delete(number);
+      },
+      problem,
+    });
     this.outline = makeOutline();
     this.arrow = makeArrow();
     this.sun.shadow.mapSize.set(2048, 2048);
@@ -177,6 +191,7 @@ export class WorldView {
 
   clear(): void {
     this.batches.clear();
+    this.tiles.clear();
     this.level.clear();
     this.visuals.clear();
     this.flashes.clear();
