@@ -9,9 +9,10 @@ import { extname, join, normalize } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { createGzip } from 'node:zlib';
 import { type WebSocket, WebSocketServer } from 'ws';
-import { encodeMap, encodeShapes, encodeStatics, encodeVisuals, encodeWelcome } from '../src/protocol/encode.ts';
+import { encodeMap, encodeShapes, encodeStatics, encodeTiles, encodeVisuals, encodeWelcome } from '../src/protocol/encode.ts';
 import { PROTOCOL, type ShapeVisuals } from '../src/protocol/messages.ts';
 import { FakeViewer } from './fake_viewer.ts';
+import { sha256Of } from './glb_file.ts';
 import { FakeWorld, HALF_M, fakeShapes, fakeStatics, largeLevel } from './fake_world.ts';
 
 const INSTANCE = 'plaza-1';
@@ -28,9 +29,16 @@ export interface FakeOptions {
   key?: string; // or this
   visuals?: ShapeVisuals[];
   files?: Map<string, Buffer>; // mesh files, by hash
+  tiles?: FakeTile[]; // of a large level
+}
+
+export interface FakeTile {
+  bounds: number[];
+  content: Uint8Array;
 }
 
 export class FakeGateway {
+  readonly tiles_asked: string[] = []; // hashes
   readonly world: FakeWorld;
   served_bytes = 0; // sent of the page, compressed
   refuse = false; // closes viewers at once, as a gateway that goes away
@@ -39,12 +47,17 @@ export class FakeGateway {
   private readonly viewers = new Set<FakeViewer>();
   private readonly timers: NodeJS.Timeout[] = [];
   private readonly options: FakeOptions;
+  private readonly tiles = new Map<string, Uint8Array>(); // by hash
 
   constructor(options: FakeOptions) {
     this.options = options;
     this.world = new FakeWorld(options.bodies);
     if (options.visuals) this.world.visuals = options.visuals;
     if (options.level) this.world.level = largeLevel(options.level);
+    for (const { content } of options.tiles ?? []) this.tiles.set(sha256Of(Buffer.from(content)), content);
+    if (options.tiles) {
+      this.world.level = [encodeTiles(options.tiles.map(({ bounds, content }) => ({ bounds, bytes: content.length, sha256: sha256Of(Buffer.from(content)) })))];
+    }
     this.server = createServer((request, response) => this.serve(request, response));
     this.sockets = new WebSocketServer({ noServer: true, handleProtocols: () => PROTOCOL });
     this.server.on('upgrade', (request, socket, head) => {
@@ -97,6 +110,13 @@ export class FakeGateway {
       const mesh = this.options.files?.get(path.slice(9, -4));
       response.writeHead(mesh ? 200 : 404, { 'content-type': mesh ? 'model/gltf-binary' : 'text/plain' });
       response.end(mesh ?? `--visuals has no file ${path.slice(9)}\n`);
+      return;
+    }
+    if (path.startsWith('/tiles/')) {
+      const tile = this.tiles.get(path.slice(7));
+      this.tiles_asked.push(path.slice(7));
+      response.writeHead(tile ? 200 : 404, { 'content-type': 'application/octet-stream', 'cache-control': 'private, max-age=31536000, immutable' });
+      response.end(tile ?? 'No world that is watched here has such a tile.\n');
       return;
     }
     const file = join(this.options.page, normalize(path === '/' ? '/index.html' : path));
