@@ -263,7 +263,7 @@ class Client {
   // Makes its holder this player, until it leaves: to be kept where a later process of the game finds it. Secret. The
   // process that joins with it last plays; the others end.
   std::vector<std::uint8_t> return_token() const;
-  // Of a large level without what is in tiles.
+  // The static bodies of a large level are in tiles instead.
   const Scene& scene() const;
   // The tiles of a large level, which come as the view reaches them; null: all of the level is in scene(). A client by
   // a control plane has all of any level.

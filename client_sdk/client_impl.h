@@ -177,7 +177,7 @@ struct Client::Impl {
   double interest_radius_m = 0;                  // 0: all of the world
   // The level's tiles, once the scene is here and has some.
   std::optional<TileStore> tiles;
-  std::optional<Vec3d> tile_centre;  // of the caller's
+  std::optional<Vec3d> tile_centre;  // given by the caller
   double tile_radius_m = 0;
   std::optional<RegionId> tile_source{};
   TimePoint tiles_heard_at{}, tiles_from{};                // when a part came last; until when none is asked for

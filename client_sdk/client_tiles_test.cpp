@@ -72,7 +72,7 @@ struct ClientTilesTest : ClientFixture {
   }
   std::uint64_t SentOf(std::size_t region) const {
     std::uint64_t sent = 0;
-    for (const auto& [tile, bytes] : instance->regions[region]->tile_bytes_sent) sent += bytes;
+    for (const auto& [tile, bytes] : instance->regions[region]->tiles.sent) sent += bytes;
     return sent;
   }
   std::uint64_t BytesOf(const std::set<std::uint32_t>& tiles) const {
@@ -120,37 +120,37 @@ TEST_F(ClientTilesTest, WhoeverStandsInAPlaceLoadsOnlyWhatIsNearAndGetsTheRestOn
 
 TEST_F(ClientTilesTest, TheNearestTileComesFirstAndAPlaceOfTheCallersCounts) {
   ASSERT_NO_FATAL_FAILURE(MakeWide(1));
-  Region().tile_chunks_left = 0;
+  Region().tiles.chunks_left = 0;
   ASSERT_NO_FATAL_FAILURE(JoinBy());
   client->ViewTiles(Vec3d{400, 0, 400}, 300);
   ASSERT_TRUE(Until(
       [&] {
-        return !Region().tile_requests.empty() && Region().tile_requests.back().wishes.size() > 3 &&
-               Near(400, 400, 0).contains(Region().tile_requests.back().wishes[0].tile);
+        return !Region().tiles.requests.empty() && Region().tiles.requests.back().wishes.size() > 3 &&
+               Near(400, 400, 0).contains(Region().tiles.requests.back().wishes[0].tile);
       },
       true));
   const auto distance = [&](const replication::TileRequest::Wish& wish) {
     const Aabb& box = client->Tiles()->tiles[wish.tile].bounds;
     return Rect{box.min.x, box.min.z, box.max.x, box.max.z}.DistanceTo(400, 400);
   };
-  const auto& wishes = Region().tile_requests.back().wishes;
+  const auto& wishes = Region().tiles.requests.back().wishes;
   EXPECT_TRUE(std::ranges::is_sorted(wishes, {}, distance));
   EXPECT_LE(distance(wishes.back()), 300);
 }
 
 TEST_F(ClientTilesTest, AnotherRegionGoesOnWithATileWhereOneDied) {
   ASSERT_NO_FATAL_FAILURE(MakeWide(2));
-  for (std::size_t i = 0; i < 2; ++i) Region(i).tile_chunks_left = 0;
+  for (std::size_t i = 0; i < 2; ++i) Region(i).tiles.chunks_left = 0;
   ASSERT_NO_FATAL_FAILURE(JoinBy());
-  ASSERT_TRUE(Until([&] { return !Region(0).tile_requests.empty() || !Region(1).tile_requests.empty(); }, true));
-  const std::size_t first = Region(0).tile_requests.empty() ? 1 : 0, other = 1 - first;
+  ASSERT_TRUE(Until([&] { return !Region(0).tiles.requests.empty() || !Region(1).tiles.requests.empty(); }, true));
+  const std::size_t first = Region(0).tiles.requests.empty() ? 1 : 0, other = 1 - first;
   const std::set<std::uint32_t> spawn = Near(0, 0, kView_m);
   ASSERT_GT(BytesOf(spawn), 5 * replication::kMaxSceneChunkBytes);
-  Region(first).tile_chunks_left = 3;
-  ASSERT_TRUE(Until([&] { return Region(first).tile_chunks_left == 0; }, true));
+  Region(first).tiles.chunks_left = 3;
+  ASSERT_TRUE(Until([&] { return Region(first).tiles.chunks_left == 0; }, true));
   for (int i = 0; i < 20; ++i) PollOnce();
   instance->BecomeAnother(first);
-  Region(other).tile_chunks_left = 1000;
+  Region(other).tiles.chunks_left = 1000;
   ASSERT_TRUE(Have(spawn));
   EXPECT_EQ(SentOf(other), BytesOf(spawn) - SentOf(first)) << "nothing comes twice";
   EXPECT_GT(SentOf(first), 0u);
@@ -162,7 +162,7 @@ TEST_F(ClientTilesTest, ATileThatIsNotTheOneOfTheListIsNotShownAndIsAskedForAgai
   const std::set<std::uint32_t> spawn = Near(0, 0, kView_m), corner = Near(-500, -500, kView_m);
   const std::uint32_t bad = *corner.begin();
   ASSERT_TRUE(Have(spawn));
-  Region().spoiled_tiles = {bad};
+  Region().tiles.spoiled = {bad};
   Stand(-500, -500);
   std::set<std::uint32_t> good = corner;
   good.erase(bad);
@@ -170,7 +170,7 @@ TEST_F(ClientTilesTest, ATileThatIsNotTheOneOfTheListIsNotShownAndIsAskedForAgai
   ASSERT_TRUE(Until([&] { return client->Stats().tiles_damaged >= 2; }, true));
   EXPECT_EQ(client->TileAt(bad), nullptr);
   EXPECT_EQ(client->state(), ClientState::kPlaying);
-  Region().spoiled_tiles.clear();
+  Region().tiles.spoiled.clear();
   EXPECT_TRUE(Have(corner));
 }
 
@@ -183,7 +183,7 @@ TEST_F(ClientTilesTest, TilesThatWereKeptAreNotFetchedAgainAndADamagedOneIs) {
   ASSERT_TRUE(Have(spawn));
   for (int i = 0; i < 50; ++i) PollOnce();  // the last one is kept
   ASSERT_EQ(SentOf(0), BytesOf(spawn));
-  Region().tile_bytes_sent.clear();
+  Region().tiles.sent.clear();
   client.reset();
   instance->Service();
   ASSERT_NO_FATAL_FAILURE(JoinBy(options));
@@ -204,13 +204,13 @@ TEST_F(ClientTilesTest, TilesThatWereKeptAreNotFetchedAgainAndADamagedOneIs) {
   instance->Service();
   ASSERT_NO_FATAL_FAILURE(JoinBy(options));
   ASSERT_TRUE(Have(spawn));
-  EXPECT_EQ(Region().tile_bytes_sent.size(), 1u);
+  EXPECT_EQ(Region().tiles.sent.size(), 1u);
   EXPECT_EQ(client->Stats().tiles_damaged, 0u);
 }
 
 TEST_F(ClientTilesTest, PredictionBeginsOnceTheGroundIsThere) {
   ASSERT_NO_FATAL_FAILURE(MakeWide(1));
-  Region().tile_chunks_left = 0;
+  Region().tiles.chunks_left = 0;
   GrantOptions options;
   options.predict = true;
   ASSERT_NO_FATAL_FAILURE(JoinBy(options));
@@ -218,7 +218,7 @@ TEST_F(ClientTilesTest, PredictionBeginsOnceTheGroundIsThere) {
     Stand(0, 0);
     ASSERT_FALSE(client->Stats().predicting);
   }
-  Region().tile_chunks_left = ~std::size_t{0};
+  Region().tiles.chunks_left = ~std::size_t{0};
   for (int i = 0; i < 120 && !client->Stats().predicting; ++i) Stand(0, 0);
   EXPECT_TRUE(client->Stats().predicting);
 }

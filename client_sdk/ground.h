@@ -10,7 +10,7 @@
 //   ground.Work(world, own.position, reach_m, budget);         // once a poll
 //   if (ground.Covers(own.position, reach_m)) ...              // all within `reach_m` is in the world
 //
-// Of a level in tiles (core/world/level_tiles.h) there is ground where all tiles are that reach there, to the bit what
+// A level in tiles (core/world/level_tiles.h) has ground where all tiles are that reach there, to the bit what
 // it would be with the whole level:
 //
 //   Ground ground(scene, index);

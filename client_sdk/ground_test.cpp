@@ -299,7 +299,7 @@ TEST(GroundTest, ThereIsNoneWhileATileThatReachesThereIsMissing) {
   EXPECT_TRUE(stage.ground->Covers(at, kReach_m));
   const std::size_t triangles = stage.ground->piece_triangles();
   EXPECT_EQ(triangles, stage.whole.ground->piece_triangles());
-  stage.ground->DropTile(there);  // what is built stays until it is left
+  stage.ground->DropTile(there);  // the built piece stays until it is left
   EXPECT_TRUE(stage.ground->Covers(at, kReach_m));
   EXPECT_EQ(stage.ground->piece_triangles(), triangles);
 }

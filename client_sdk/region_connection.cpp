@@ -7,7 +7,7 @@
 namespace tessera::client {
 namespace {
 
-// What has not changed is asked for again after so long, and at once when so many more bytes have come.
+// The same is asked for again after so long, and at once when so many more bytes have come.
 constexpr std::chrono::milliseconds kAskAgain{200};
 constexpr std::uint64_t kStep = replication::kSceneWindowBytes / 4;
 

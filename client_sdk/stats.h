@@ -71,7 +71,7 @@ struct ClientStats {
   std::uint64_t playout_jumps = 0;  // times the moment shown had to jump instead of to glide
   // Counted work (work_budget.h) of the last Poll, and of the dearest: receiving, reading the scene, building ground.
   std::int64_t work_units = 0, most_work_units = 0;
-  // Of a large level: tiles that are here and their packed bytes, and how often one came that was not the one of the
+  // Tiles of a large level that are here and their packed bytes, and how often one came that was not the one of the
   // list.
   std::size_t tiles = 0;
   std::uint64_t tile_bytes = 0, tiles_damaged = 0;

@@ -10,7 +10,7 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::size_t kKeptHeadBytes = sizeof(replication::Digest);  // of a kept file, see scene_keeper.h
+constexpr std::size_t kKeptHeadBytes = sizeof(replication::Digest);  // see scene_keeper.h
 constexpr std::size_t kTileAtOnce_bytes = std::size_t{32} * 1024;
 // Bytes that a unit reads from a file, sums and unpacks, as of a scene; and tiles of the list that it looks at.
 constexpr std::int64_t kTileReadAUnit_bytes = 8, kTileSummedAUnit_bytes = 4, kTileUnpackedAUnit_bytes = 2,
@@ -214,7 +214,7 @@ bool TileStore::Read(TimePoint now, Fetch& fetch, WorkBudget& budget) {
   return true;
 }
 
-// What a folder kept wrong is fetched at once; what regions sent wrong is asked for again later.
+// A tile that the folder kept wrong is fetched at once; one that regions sent wrong is asked for again later.
 void TileStore::Failed(TimePoint now, Fetch& fetch, const std::string& why) {
   Known& known = known_[fetch.tile];
   const std::uint32_t shift = std::min<std::uint32_t>(known.failures, 6);

@@ -53,7 +53,7 @@ class TileStore {
   void Look(std::vector<Place> places);
   // Reads, checks and unpacks what is here.
   void Work(TimePoint now, WorkBudget& budget);
-  // What the regions are to send, the nearest first.
+  // The tiles that regions are to send, the nearest first.
   std::vector<Wish> Wishes() const;
   // True if something of it was new.
   bool Take(const replication::TileChunk& chunk);
@@ -73,7 +73,7 @@ class TileStore {
   std::size_t here() const { return here_.size(); }
   std::uint64_t bytes_here() const { return bytes_here_; }         // packed
   std::uint64_t damaged() const { return damaged_; }               // that regions sent, so far
-  const std::string& last_damage() const { return last_damage_; }  // of which tile, and how
+  const std::string& last_damage() const { return last_damage_; }  // which tile, and how
 
  private:
   struct Known {

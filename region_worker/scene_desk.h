@@ -74,7 +74,7 @@ class SceneDesk {
     double tokens = kBurstBytes;
     bool refused = false, told = false;  // that it is another scene: once
   };
-  // What is to be sent next.
+  // The part to be sent next.
   struct Part {
     std::span<const std::uint8_t> bytes;  // from `sent_to` on, as many as there is room for; none: nothing
     std::uint64_t* sent_to = nullptr;

@@ -197,7 +197,7 @@ std::shared_ptr<const Scene> TiledScene() {
 struct TileDeskTest : testing::Test {
   struct Client {
     std::map<std::uint32_t, std::vector<std::uint8_t>> tiles;
-    std::vector<std::uint32_t> order;  // of the parts, as they came
+    std::vector<std::uint32_t> order;  // the tile of each part, as they came
     std::uint64_t came = 0;
     std::uint32_t asked = 0;
   };

@@ -10,11 +10,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "client_sdk/fake_tiles.h"
 #include "core/replication/command.h"
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"
@@ -80,11 +79,7 @@ class FakeRegion {
   bool other_scene = false, spoiled_scene = false;        // refuses; sends what does not have the digest
   std::vector<replication::SceneRequest> scene_requests;  // as they came
   std::uint64_t scene_sent = 0;                           // bytes
-  // Tiles of the level: as many parts until it falls silent, those that are damaged, and what was asked and sent.
-  std::size_t tile_chunks_left = ~std::size_t{0};
-  std::set<std::uint32_t> spoiled_tiles;
-  std::vector<replication::TileRequest> tile_requests;
-  std::map<std::uint32_t, std::uint64_t> tile_bytes_sent;
+  FakeTiles tiles;                                        // the level's
 
   void Service() {
     for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {
@@ -281,33 +276,12 @@ class FakeRegion {
       scene_sent += size;
     }
   }
-  // As a region does: of a tile that is not asked for any more it forgets what it has sent.
   void OnTileRequest(const net::Event& event) {
     const auto request = replication::DecodeTileRequest(event.bytes);
     ASSERT_TRUE(request.ok()) << request.status();
-    std::uint32_t& newest = tile_number_[event.peer];
-    if (request->number <= newest) return;
-    newest = request->number;
-    tile_requests.push_back(*request);
-    std::map<std::uint32_t, std::uint64_t> before = std::exchange(tiles_sent_to_[event.peer], {});
-    std::uint64_t room = replication::kSceneWindowBytes;
-    for (const auto& [tile, offset] : request->wishes) {
-      std::uint64_t& sent = tiles_sent_to_[event.peer][tile];
-      sent = std::max(offset, before[tile]);
-      const std::vector<std::uint8_t>& whole = level_.tiles.at(tile);
-      room -= std::min(room, sent - offset);
-      for (; sent < whole.size() && room > 0 && tile_chunks_left > 0; --tile_chunks_left) {
-        const auto size = static_cast<std::size_t>(
-            std::min<std::uint64_t>({replication::kMaxSceneChunkBytes, room, whole.size() - sent}));
-        const auto from = whole.begin() + static_cast<std::ptrdiff_t>(sent);
-        std::vector<std::uint8_t> part(from, from + static_cast<std::ptrdiff_t>(size));
-        if (spoiled_tiles.contains(tile)) part.back() ^= 1;
-        SendReliable(event.peer, replication::EncodeTileChunk({.tile = tile, .offset = sent, .bytes = part}));
-        sent += size;
-        room -= size;
-        tile_bytes_sent[tile] += size;
-      }
-    }
+    tiles.Serve(level_.tiles, event.peer, *request, [&](const replication::TileChunk& part) {
+      SendReliable(event.peer, replication::EncodeTileChunk(part));
+    });
   }
   void SendReliable(net::PeerHandle peer, std::span<const std::uint8_t> bytes) {
     (void)endpoint_->Send(peer, net::Delivery::kReliable, bytes);
@@ -351,8 +325,6 @@ class FakeRegion {
   const PackedLevel level_;
   std::map<net::PeerHandle, std::uint64_t> sent_to_;
   std::map<net::PeerHandle, bool> holds_;
-  std::map<net::PeerHandle, std::uint32_t> tile_number_;
-  std::map<net::PeerHandle, std::map<std::uint32_t, std::uint64_t>> tiles_sent_to_;
   std::map<net::PeerHandle, PlayerNumber> players_;
   std::map<PlayerNumber, net::Generation> generations_;
   std::uint32_t last_input_ = 0;

@@ -49,8 +49,8 @@ struct FieldCut {
 
 struct TilePart {
   BodyDef body;                         // its shape is the part; where it stands is where the whole stands
-  std::shared_ptr<const MeshCut> mesh;  // of a part of a mesh
-  std::optional<FieldCut> field{};      // of a part of a height field
+  std::shared_ptr<const MeshCut> mesh;  // where a part of a mesh is in it
+  std::optional<FieldCut> field{};      // and a part of a height field
 };
 struct Tile {
   std::vector<TilePart> parts;  // ascending by body
@@ -80,7 +80,7 @@ Aabb BoundsOf(const Tile& tile);
 struct TileEntry {
   TileSquare square;
   Aabb bounds;
-  std::uint64_t bytes = 0;  // of its packed form
+  std::uint64_t bytes = 0;  // its packed form's
   Sha256::Digest sha256{};
 };
 struct LevelIndex {

@@ -62,7 +62,7 @@ absl::Status BadTile(const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat("packed tile: ", what));
 }
 
-// What follows its head.
+// The content behind its head.
 absl::StatusOr<std::span<const std::uint8_t>> ContentOf(std::span<const std::uint8_t> bytes) {
   if (bytes.size() > kMaxTile_bytes) return BadTile(absl::StrCat("has ", bytes.size(), " bytes"));
   ByteReader in(bytes);

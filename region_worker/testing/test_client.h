@@ -58,7 +58,7 @@ class TestClient {
   std::vector<std::uint8_t> scene_bytes;
   std::uint64_t scene_total = 0;
   std::string scene_refused;
-  std::map<std::uint32_t, std::vector<std::uint8_t>> tiles;  // what has come of each
+  std::map<std::uint32_t, std::vector<std::uint8_t>> tiles;  // as much of each as has come
   std::uint32_t full_records = 0, records = 0;               // since the start
 
  private:

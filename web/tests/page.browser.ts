@@ -4,8 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { type Complaints, launch, open } from '../testing/browser.ts';
-import { encodeShapes, encodeStatics, encodeTile } from '../src/protocol/encode.ts';
-import { FakeGateway, type FakeTile } from '../testing/fake_gateway.ts';
+import { FakeGateway } from '../testing/fake_gateway.ts';
 import { makeGlb, makePng, pyramid, sha256Of } from '../testing/glb_file.ts';
 
 const BODIES = 300;
@@ -361,34 +360,6 @@ test('a level of 200 000 triangles is drawn in a few calls', async () => {
   assert.ok(triangles > 200_000, `${triangles} triangles`);
   assert.ok(calls < 50, `${calls} calls`);
   assert.deepEqual(shown.complaints, { errors: [], foreign: [] });
-  await shown.page.context().close();
-  await large.close();
-});
-
-// A strip of ground, 20 squares of 200 m each way along x.
-function strip(): FakeTile[] {
-  return Array.from({ length: 20 }, (_, at) => {
-    const heights = Float32Array.from({ length: 101 * 101 }, (_, sample) => Math.sin(sample + at));
-    const shapes = [{ number: 100 + at, shape: { kind: 'field' as const, columns: 101, rows: 101, spacing: 2, heights } }];
-    const ground = { body: '900', name: 'ground', shape: 100 + at, trigger: false, position: [200 * at + 100, -8, 0], orientation: [0, 0, 0, 1] };
-    return { bounds: [200 * at, -9, -100, 200 * (at + 1), -7, 100], content: encodeTile([encodeShapes(shapes), encodeStatics([ground])]) };
-  });
-}
-
-test('of a large level the tiles about the place that is looked at are drawn, and go when it is left', async () => {
-  const large = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true, tiles: strip() });
-  const shown = await open(browser, `${await large.listen()}/#plaza-1`, { size: SMALL });
-  await settled(shown.page);
-  await shown.page.evaluate('tessera.view.follows = false; tessera.view.rig.set([0, 20, 30], [0, 0, 0])');
-  await shown.page.waitForFunction('tessera.counts.tiles > 0 && tessera.counts.tiles < 5', undefined, WAIT);
-  const first = await shown.page.evaluate('(tessera.page.picture(), tessera.view.renderer.info.render.triangles)');
-  assert.ok((first as number) > 20_000, `${first} triangles`);
-  await shown.page.evaluate('tessera.view.rig.set([3000, 20, 30], [3000, 0, 0])');
-  await shown.page.waitForFunction('tessera.view.tiles.known[15].content !== null && tessera.view.tiles.known[0].content === null', undefined, WAIT);
-  await shown.page.waitForFunction('tessera.counts.statics === 9 + tessera.counts.tiles', undefined, WAIT);
-  assert.ok(large.tiles_asked.length < 20, `${large.tiles_asked.length} asked for`);
-  assert.deepEqual(shown.complaints, { errors: [], foreign: [] });
-  if (process.env['TESSERA_SHOT']) await shown.page.screenshot({ path: process.env['TESSERA_SHOT'] });
   await shown.page.context().close();
   await large.close();
 });

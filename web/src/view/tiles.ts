@@ -56,7 +56,7 @@ export class Tiles {
     this.known = list.map((entry) => ({ ...entry, distance: Infinity, content: null, fetching: false, not_before_ms: 0 }));
   }
 
-  // What is looked at, and from how far.
+  // The point that is looked at, and from how far.
   lookAt(target: number[], distance: number): void {
     if (this.known.length === 0) return;
     this.looked_at = { target, distance };
