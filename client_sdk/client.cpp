@@ -282,6 +282,7 @@ ClientStats Client::Impl::Stats() const {
     stats.tiles = me.tiles->here();
     stats.tile_bytes = me.tiles->bytes_here();
     stats.tiles_damaged = me.tiles->damaged();
+    stats.last_tile_damage = me.tiles->last_damage();
   }
   stats.predicting = me.predictor && me.predictor->running();
   stats.playout_jumps = me.playout.jumps();

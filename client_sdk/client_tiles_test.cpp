@@ -169,6 +169,7 @@ TEST_F(ClientTilesTest, ATileThatIsNotTheOneOfTheListIsNotShownAndIsAskedForAgai
   ASSERT_TRUE(Have(good));
   ASSERT_TRUE(Until([&] { return client->Stats().tiles_damaged >= 2; }, true));
   EXPECT_EQ(client->TileAt(bad), nullptr);
+  EXPECT_EQ(client->Stats().last_tile_damage, "tile " + std::to_string(bad) + ": is not the one that the scene lists");
   EXPECT_EQ(client->state(), ClientState::kPlaying);
   Region().tiles.spoiled.clear();
   EXPECT_TRUE(Have(corner));

@@ -75,8 +75,7 @@ void TileStore::Choose(TimePoint now, WorkBudget& budget) {
   for (std::uint32_t tile = 0; tile < known_.size(); ++tile) {
     const std::optional<double> distance_m = DistanceTo(tile, 0);
     Known& known = known_[tile];
-    known.wanted = distance_m.has_value();
-    if (!known.wanted || known.tile != nullptr) continue;
+    if (!distance_m || known.tile != nullptr) continue;
     if (known.not_before > now) {
       choose_at_ = std::min(choose_at_.value_or(known.not_before), known.not_before);
       continue;

@@ -59,10 +59,8 @@ class TileStore {
   bool Take(const replication::TileChunk& chunk);
 
   const LevelIndex& index() const { return *index_; }
-  const std::shared_ptr<const LevelIndex>& shared_index() const { return index_; }
   // Null: not here. `tile` < index().tiles.size().
   const std::shared_ptr<const Tile>& TileAt(std::uint32_t tile) const { return known_[tile].tile; }
-  bool Wants(std::uint32_t tile) const { return known_[tile].wanted; }
   // The part of a body in one of the tiles that are here; null if it is in none.
   const TilePart* PartOf(BodyId body) const;
 
@@ -78,7 +76,6 @@ class TileStore {
  private:
   struct Known {
     std::shared_ptr<const Tile> tile;
-    bool wanted = false;
     std::uint32_t failures = 0;
     TimePoint not_before{};
   };
