@@ -4,11 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "cli/commands.h"
@@ -78,7 +80,18 @@ std::vector<std::string> DescribeLeftOver(local::Connection& control) {
 // So that the next run begins where this one ended. Says what it did; a world that cannot be kept is named.
 void KeepWorlds(local::Connection& control, std::ostream& out) {
   const auto end = std::chrono::steady_clock::now() + kLastCheckpoints;
-  for (const v1::Instance& instance : InstancesUnderWay(control)) {
+  // The connection may still believe that a control plane which died and was started again is away.
+  const auto under_way = [&] {
+    while (true) {
+      try {
+        return InstancesUnderWay(control);
+      } catch (const local::CommandError&) {
+        if (std::chrono::steady_clock::now() > end) throw;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      }
+    }
+  };
+  for (const v1::Instance& instance : under_way()) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     if (left <= std::chrono::milliseconds(0)) {
       out << fmt::format("{}: no time was left for a checkpoint\n", instance.id());
@@ -92,6 +105,25 @@ void KeepWorlds(local::Connection& control, std::ostream& out) {
       out << fmt::format("{}: checkpoint of tick {}\n", instance.id(), answer.checkpoint().tick()) << std::flush;
     } catch (const local::CommandError& error) {
       out << fmt::format("{}: {}\n", instance.id(), error.what()) << std::flush;
+    }
+  }
+}
+
+// Until Ctrl-C. A program that dies is started again, as systemd does on a host, so that it can be tried what a world
+// does meanwhile; too many deaths within a minute have a cause that another start does not mend.
+void KeepUp(local::LocalCluster& cluster, StopSignal& stop, std::ostream& out) {
+  constexpr std::size_t kMostDeaths = 5;
+  constexpr std::chrono::minutes kWithin{1};
+  std::deque<std::chrono::steady_clock::time_point> deaths;
+  while (!stop.Wait(std::chrono::milliseconds(200))) {
+    const std::string death = cluster.WaitForDeath(std::chrono::milliseconds(0));
+    if (death.empty()) continue;
+    const auto now = std::chrono::steady_clock::now();
+    while (!deaths.empty() && deaths.front() + kWithin < now) deaths.pop_front();
+    if (deaths.size() >= kMostDeaths) throw local::CommandError(death + "; its log is in " + cluster.log_dir());
+    for (const std::string& one : cluster.Revive()) {
+      deaths.push_back(now);
+      out << fmt::format("{}; it was started again\n", one) << std::flush;
     }
   }
 }
@@ -139,10 +171,7 @@ void Up(const Globals& globals, const UpOptions& options) {
                      options.socket.empty() ? "" : "--control " + cluster.control_address() + " ")
               << std::flush;
   }
-  while (!stop.Wait(std::chrono::milliseconds(200))) {
-    const std::string death = cluster.WaitForDeath(std::chrono::milliseconds(0));
-    if (!death.empty()) throw local::CommandError(death + "; its log is in " + cluster.log_dir());
-  }
+  KeepUp(cluster, stop, globals.format == Format::kJson ? std::cerr : std::cout);
   if (globals.format != Format::kJson) std::cout << "\nstopping\n" << std::flush;
   std::ostream discarded(nullptr);
   KeepWorlds(control, globals.format == Format::kJson ? discarded : std::cout);

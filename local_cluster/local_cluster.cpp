@@ -80,8 +80,14 @@ void LocalCluster::KillControl() {
 void LocalCluster::RestartControl() {
   options_.listen = operators_address_;
   options_.players_listen = players_address_;
+  options_.players_https = players_https_address_;
   options_.metrics_listen = http_address_;
   StartControl();
+}
+
+void LocalCluster::RestartGateway() {
+  options_.page_listen = page_address_;
+  StartGateway();
 }
 
 void LocalCluster::KillAgent(std::size_t index) {
@@ -210,6 +216,21 @@ std::string LocalCluster::WaitForDeath(std::chrono::milliseconds timeout) {
       return "tessera-gateway: " + status->Describe();
   }
   return "";
+}
+
+std::vector<std::string> LocalCluster::Revive() {
+  std::vector<std::string> ended;
+  const auto has_ended = [&](host::ChildProcess& child, const char* name) {
+    const auto status = child.Wait(std::chrono::milliseconds(0));
+    if (status) ended.push_back(fmt::format("{}: {}", name, status->Describe()));
+    return status.has_value();
+  };
+  if (has_ended(*control_, "tessera-control")) RestartControl();
+  for (std::size_t index = 0; index < agents_.size(); ++index) {
+    if (has_ended(agents_[index], "tessera-agent")) RestartAgent(index);
+  }
+  if (gateway_ && has_ended(*gateway_, "tessera-gateway")) RestartGateway();
+  return ended;
 }
 
 std::string ProgramPath(const std::string& name) {

@@ -63,11 +63,14 @@ class LocalCluster {
   // As a fault would: SIGKILL.
   void KillControl();
   void RestartControl();
+  void RestartGateway();
   void KillAgent(std::size_t index);
   void RestartAgent(std::size_t index);
   // Waits until a child ends, at most `timeout`: its name and end, e.g. "tessera-agent: killed by SIGKILL (Killed)".
   // Empty: all run.
   std::string WaitForDeath(std::chrono::milliseconds timeout);
+  // Starts each child that has ended again, at its addresses and with its state. Returns who that was, as WaitForDeath.
+  std::vector<std::string> Revive();
 
  private:
   void StartControl();

@@ -1,8 +1,11 @@
 // `tessera up`: what one run leaves behind is what the next one begins with, and both say so.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
@@ -77,6 +80,57 @@ TEST_F(UpTest, TheNextRunBeginsWithTheLastTick) {
   up.Signal(SIGTERM);
   EXPECT_TRUE(up.Wait().Clean());
   EXPECT_THAT(up.Output(), ::testing::Not(HasSubstr("checkpoint of tick " + kept + "\n")));
+}
+
+// Children of a process by the name of their program.
+std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& name) {
+  std::vector<pid_t> children;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/" + std::to_string(parent) + "/task")) {
+    std::ifstream list(thread.path() / "children");
+    for (pid_t child = 0; list >> child;) {
+      std::ifstream comm("/proc/" + std::to_string(child) + "/comm");
+      std::string program;
+      if (std::getline(comm, program) && program == name) children.push_back(child);
+    }
+  }
+  std::ranges::sort(children);
+  return children;
+}
+
+TEST_F(UpTest, AControlPlaneThatDiesIsStartedAgainAndTheWorldRunsOnMeanwhile) {
+  host::WatchedProgram up(Arguments());
+  ASSERT_TRUE(up.WaitForText("Ctrl-C ends it all."));
+  const std::string control = ControlOf(up);
+  const auto made = support::RunProgram(
+      "tessera", {"--control", control, "instance", "create", "--scene", "plaza", "--regions", "2", "--wait"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::vector<pid_t> controls = ChildrenOf(up.pid(), "tessera-control"),
+                           agents = ChildrenOf(up.pid(), "tessera-agent");
+  ASSERT_EQ(controls.size(), 1U);
+  ASSERT_EQ(agents.size(), 1U);
+  const std::vector<pid_t> workers = ChildrenOf(agents[0], "tessera-region");
+  ASSERT_EQ(workers.size(), 2U);
+  for (int death = 1; death <= 2; ++death) {
+    ASSERT_EQ(kill(ChildrenOf(up.pid(), "tessera-control").at(0), SIGKILL), 0);
+    const auto said = [&] {
+      const std::string output = up.Output(),
+                        line = "tessera-control: killed by SIGKILL (Killed); it was started again";
+      int count = 0;
+      for (auto at = output.find(line); at != std::string::npos; at = output.find(line, at + 1)) ++count;
+      return count;
+    };
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (said() < death && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+    ASSERT_EQ(said(), death) << up.Output();
+    const auto listed = support::RunProgram("tessera", {"--control", control, "instance", "list"});
+    EXPECT_EQ(listed.exit_code, 0) << listed.err;
+    EXPECT_THAT(listed.out, HasSubstr("inst-1"));
+  }
+  EXPECT_EQ(ChildrenOf(agents[0], "tessera-region"), workers) << "the world ran on";
+  const auto deleted = support::RunProgram("tessera", {"--control", control, "instance", "delete", "inst-1", "--wait"});
+  EXPECT_EQ(deleted.exit_code, 0) << deleted.err;
+  up.Signal(SIGTERM);
+  EXPECT_TRUE(up.Wait().Clean());
 }
 
 // Its own hosts join by the socket all the same.
