@@ -202,7 +202,7 @@ class Predictor {
   BodyDef player_def_;  // defines the player's own body
   BodyDef own_def_;     // defines the body that the inputs move
   PlayerLimits limits_;
-  std::vector<JointDef> joints_;  // of the game, about the own body
+  std::vector<JointDef> joints_;  // the game's, about the own body
   Ground ground_;
   double tick_s_;
   std::unique_ptr<physics::World> world_;

@@ -77,7 +77,7 @@ struct ClientStats {
   std::size_t tiles = 0;
   std::uint64_t tile_bytes = 0, tiles_damaged = 0;
   std::string last_tile_damage{};  // the last of those, and what is wrong with it
-  bool predicting = false;  // the own body is shown ahead, by the inputs already made
+  bool predicting = false;         // the own body is shown ahead, by the inputs already made
   // The dissertation's client metrics: between calls of Poll, within Poll, within Interpolated.
   DurationSummary frame_time, network_time, update_time;
 };

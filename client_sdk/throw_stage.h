@@ -53,7 +53,7 @@ end)lua";
   bool crates = true;                          // about the player, that balls bounce off
   // The steering in the frame of this number, from 0 on; none: the player is pushed about.
   std::function<Steering(int frame)> steers{};
-  std::function<void(const ClientEvent&)> hears{};  // of each event of the client
+  std::function<void(const ClientEvent&)> hears{};  // each event of the client
 
   // Until the client plays and predicts: false where it does not within ten seconds of the world's time.
   bool Begin() {

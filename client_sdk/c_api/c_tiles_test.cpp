@@ -2,13 +2,14 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <set>
 #include <string>
 
-#include "client_sdk/fake_instance.h"
 #include "client_sdk/include/tessera/tessera.h"
 #include "client_sdk/include/tessera/tessera.hpp"
+#include "client_sdk/testing/fake_instance.h"
 
 namespace tessera::client {
 namespace {

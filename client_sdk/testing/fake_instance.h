@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "client_sdk/fake_tiles.h"
+#include "client_sdk/testing/fake_tiles.h"
 #include "core/replication/command.h"
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"

@@ -48,7 +48,7 @@ struct tessera_game_call {
   std::string text;
   std::vector<tessera_game_value> values;
   std::vector<tessera_game_field> fields;
-  std::optional<tessera::game::EffectCounts> effects;    // of a call that asked for any; `done`: if it succeeds
+  std::optional<tessera::game::EffectCounts> effects;    // those of a call that asked for any; `done`: if it succeeds
   std::vector<tessera::game::ControlNews> control_news;  // from a message that was carried out
 };
 

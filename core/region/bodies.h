@@ -146,7 +146,7 @@ class Bodies {
   void TuneInWorld(const BodyDef& def, const BodyTuning& tuning);
   double RadiusOf(BodyId id) const;
   void OwnedChanged();
-  void TakeOutOwned(std::ptrdiff_t index);  // of the lists alone
+  void TakeOutOwned(std::ptrdiff_t index);  // from the lists alone
   void FollowPaths(Tick tick);
   // Parts of ReadBack. The first two read all states, and those that may be others than before; they fill absurd_.
   void ReadAll();

@@ -108,7 +108,7 @@ class RecordTable {
 
  private:
   std::optional<KeptRecord> Put(KeptRecord entry);  // in whose place
-  std::size_t PlaceOf(BodyId id) const;             // of the first whose body is not before this one
+  std::size_t PlaceOf(BodyId id) const;             // the first whose body is not before this one
   void IncludePlayer(const KeptRecord& entry);
 
   std::vector<RecordPlace> all_;

@@ -136,7 +136,7 @@ class BadGame {
   }
 
   std::vector<std::shared_ptr<game::GameHost>> hosts_;
-  std::uint64_t instructions_ = 0, most_instructions_ = 0;  // of all hosts, and of one region in one tick
+  std::uint64_t instructions_ = 0, most_instructions_ = 0;  // by all hosts, and by one region in one tick
 };
 
 // --- One bad statement after some good ones.

@@ -32,7 +32,7 @@ struct ControlOptions {
 };
 
 struct ControlTotals {
-  std::uint64_t deaths = 0;     // of workers; those that a map has left no region are ended, and have not died
+  std::uint64_t deaths = 0;     // workers'; those that a map has left no region are ended, and have not died
   std::uint64_t failovers = 0;  // that were carried out
   std::uint64_t adopted = 0, from_grant = 0, pending = 0;  // bodies
   std::uint64_t lost = 0;                                  // bodies that nobody had

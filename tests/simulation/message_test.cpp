@@ -80,7 +80,7 @@ PacketConditions AnyConditions(Chance& chance) {
 }
 
 // Figures of all seeds.
-struct Totals {
+struct FaultTotals {
   std::uint64_t seeds = 0, deaths = 0, handovers = 0, planned = 0, closings = 0;
   std::uint64_t sent = 0, to_moving = 0, applied = 0, between = 0, late = 0;
   std::uint64_t pushes = 0;
@@ -98,7 +98,7 @@ struct Totals {
   }
 };
 
-void RunUnderFaults(std::uint64_t seed, Totals& totals) {
+void RunUnderFaults(std::uint64_t seed, FaultTotals& totals) {
   constexpr std::uint64_t kLast = 1'500;
   constexpr double kToMoving = 0.9;  // then a tenth of all messages go to bodies in handover
   Chance chance(seed);
@@ -135,7 +135,7 @@ void RunUnderFaults(std::uint64_t seed, Totals& totals) {
 }
 
 TEST(MessageSimulationTest, UnderEveryFaultNoMessageOrAreaEffectIsLostDoubledOrOutOfOrder) {
-  Totals totals;
+  FaultTotals totals;
   const int first = NumberIn("TESSERA_MESSAGE_FIRST", 1), count = NumberIn("TESSERA_MESSAGE_SEEDS", 3);
   for (int seed = first; seed < first + count; ++seed) {
     SCOPED_TRACE(seed);

@@ -204,7 +204,7 @@ class Talk {
 
 struct Count {
   std::uint64_t sent = 0, lost = 0, doubled = 0;
-  std::uint64_t to_moving = 0;  // of those sent: their targets were being handed over
+  std::uint64_t to_moving = 0;  // their targets were being handed over
   void Add(std::int64_t made, std::int64_t came) {
     sent += static_cast<std::uint64_t>(made);
     lost += static_cast<std::uint64_t>(std::max<std::int64_t>(0, made - came));

@@ -29,7 +29,7 @@ export interface FakeOptions {
   key?: string; // or this
   visuals?: ShapeVisuals[];
   files?: Map<string, Buffer>; // mesh files, by hash
-  tiles?: FakeTile[]; // of a large level
+  tiles?: FakeTile[]; // a large level's
 }
 
 export interface FakeTile {

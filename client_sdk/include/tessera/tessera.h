@@ -585,8 +585,8 @@ TESSERA_API tessera_code tessera_shape_visual(const tessera_shape* shape, size_t
 
 typedef struct tessera_tile_info {
   uint32_t size;
-  int32_t here;        /* 1: its bodies can be asked for; 0: it has not come, or has gone */
-  int32_t row, column; /* its square: z from row * tile_edge on, x from column * tile_edge on */
+  int32_t here;                        /* 1: its bodies can be asked for; 0: it has not come, or has gone */
+  int32_t row, column;                 /* its square: z from row * tile_edge on, x from column * tile_edge on */
   double bounds_min[3], bounds_max[3]; /* m, of all that it holds, which may reach beyond the square */
   uint64_t bytes;                      /* on the wire, and in scene_cache_dir */
   size_t body_count;                   /* 0 while it is not here */
@@ -607,7 +607,8 @@ TESSERA_API tessera_code tessera_tile_body(const tessera_client* client, uint32_
  * `centre` (three doubles, m); NULL: about the own body, where that is known, or where a spectator looks from; of a
  * viewer about the middle of the world. 0: the radius of the scene's view, as before the first call, and all of the
  * level where the scene has none, and for a viewer; INFINITY: all of it. A tile goes when it is more than a tile_edge
- * further away. What prediction needs about the own body, within 250 m, comes besides. TESSERA_INVALID_ARGUMENT: a NULL client, a negative radius, or what is not a number. */
+ * further away. What prediction needs about the own body, within 250 m, comes besides. TESSERA_INVALID_ARGUMENT: a NULL
+ * client, a negative radius, or what is not a number. */
 TESSERA_API tessera_code tessera_view_tiles(tessera_client* client, const double centre[3], double radius);
 
 /* --- Statistics --------------------------------------------------------------------------------------------------- */
@@ -634,8 +635,8 @@ typedef struct tessera_stats {
       update_time; /* between polls, within tessera_poll, within tessera_bodies */
   /* Came while newer ones were here already, after the program stood, and were not read: nothing is lost by it. */
   uint64_t datagrams_passed_over;
-  int32_t predicting; /* 1: the own body is shown ahead, by the inputs already made */
-  uint32_t tiles;     /* a large level's that are here */
+  int32_t predicting;     /* 1: the own body is shown ahead, by the inputs already made */
+  uint32_t tiles;         /* a large level's that are here */
   uint64_t tile_bytes;    /* which those were on the wire */
   uint64_t tiles_damaged; /* times one came that was not the one of the scene's list: it is asked for again */
 } tessera_stats;

@@ -35,7 +35,7 @@ export class Level {
   });
   private readonly drawn: THREE.MeshLambertMaterial; // by its own meshes, in their colours
   private readonly waiting = new Map<number, { body: StaticBody; tile: number }[]>(); // by shape
-  private readonly tiles = new Map<number, { meshes: THREE.Mesh[]; bodies: number }>(); // what each brought
+  private readonly tiles = new Map<number, { meshes: THREE.Mesh[]; bodies: number }>(); // each with all that it brought
   private readonly visuals: LevelVisuals;
   private readonly floor: THREE.Mesh;
   private has_plane = false;

@@ -8,7 +8,7 @@
 import { decodeTile } from '../protocol/decode.ts';
 import type { TileContent, TileEntry } from '../protocol/messages.ts';
 
-const MOST_BYTES = 96 << 20; // of what is drawn, as it came: some three times as much in memory
+const MOST_BYTES = 96 << 20; // all that is drawn, as it came: some three times as much in memory
 const LEAST_REACH_M = 300; // about the place
 const REACH_OF_DISTANCE = 6; // and so far, as a share of the camera's distance from it
 const KEEP = 1.25; // a tile goes when it is so much further away
