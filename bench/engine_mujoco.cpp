@@ -39,10 +39,12 @@ class Mjcf {
   absl::Status Add(const BodyDef& def, const MassFrame& mass, double restitution);
   std::string Text(const Scene& scene, const EngineConfig& config) const {
     const std::string iterations = config.iterations > 0 ? fmt::format(" iterations=\"{}\"", config.iterations) : "";
+    // Contacts beyond its own guess would be left out, and towers sink into the ground. A contact has four rows.
+    const std::size_t contacts = 16 * scene.bodies.size() + 100;
     return fmt::format(
-        "<mujoco><compiler angle=\"radian\"/><option gravity=\"{}\"{}/><asset>{}</asset><worldbody>{}</worldbody>"
-        "</mujoco>",
-        Xml(scene.gravity_m_s2), iterations, assets_, bodies_);
+        "<mujoco><compiler angle=\"radian\"/><size nconmax=\"{}\" njmax=\"{}\"/><option gravity=\"{}\"{}/>"
+        "<asset>{}</asset><worldbody>{}</worldbody></mujoco>",
+        contacts, 4 * contacts, Xml(scene.gravity_m_s2), iterations, assets_, bodies_);
   }
 
  private:
