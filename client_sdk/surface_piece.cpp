@@ -113,7 +113,8 @@ ShapePtr MeshPiece::Make(WorkBudget& budget) const {
   }
   const auto number = [](const auto& vertex) { return vertex.first; };
   std::ranges::stable_sort(used, {}, number);
-  used.erase(std::ranges::unique(used, {}, number).begin(), used.end());
+  const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+  used.erase(std::unique(used.begin(), used.end(), same), used.end());
   TriangleMeshShape piece;
   for (const auto& [at, place] : used) piece.vertices.push_back(place);
   for (const Found& one : found) {

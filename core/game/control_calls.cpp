@@ -73,7 +73,7 @@ void AnswerPlayer(Transaction& transaction, BodyId body, PlayerNumber player, co
 // Whether nobody else has the body; the reason if not. The first that comes gets it.
 std::string WhyNotFree(const Transaction& transaction, BodyId id, PlayerNumber player, Tick now) {
   if (const std::string why = WhyNotMoved(transaction.Find(id), id); !why.empty()) return Named(id) + why;
-  const GameRecord record = transaction.RecordOf(id);
+  const GameRecord& record = transaction.RecordOf(id);
   const bool held = record.driver_until == Tick() || record.driver_until > now;
   if (record.driver != PlayerNumber() && record.driver != player && held) {
     return absl::StrCat(Named(id), " is moved by player ", record.driver.value());
@@ -263,7 +263,7 @@ absl::Status CarryOutControl(tessera_game_call& call, BodyId target, const Messa
 }
 
 bool MustSettleControl(const GameWorld& world, BodyId id, Tick now) {
-  const GameRecord record = world.RecordOf(id);
+  const GameRecord& record = world.RecordOf(id);
   if (IsPlayerBody(id)) {
     const BodyId controls = record.player->controls;
     if (controls == BodyId()) return false;
