@@ -19,8 +19,8 @@ constexpr double kAgentAway_s = 1;
 constexpr const char* kLateTicks = "tessera_region_late_ticks_total";
 
 // Strikes by `strike` and waits until others carry the victims' areas on, in the players' eyes as well.
-absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
-                           const std::function<absl::Status()>& strike, Outcome& outcome) {
+absl::Status StrikeWorkers(FailoverStage& stage, const std::vector<Worker>& victims,
+                           const std::function<absl::Status()>& strike, FailoverOutcome& outcome) {
   std::set<RegionId> regions;
   for (const Worker& victim : victims) regions.insert(victim.region);
   const std::uint64_t before = stage.run().Latest().failovers();
@@ -54,7 +54,7 @@ absl::Status SignalAll(const std::vector<Worker>& workers, int signal) {
   return absl::OkStatus();
 }
 
-absl::Status KillWorker(Stage& stage, std::uint32_t run, Outcome& outcome) {
+absl::Status KillWorker(FailoverStage& stage, std::uint32_t run, FailoverOutcome& outcome) {
   const std::vector<Worker> workers = stage.Workers();
   const std::vector<Worker> victim{workers[run % workers.size()]};
   return StrikeWorkers(
@@ -62,13 +62,13 @@ absl::Status KillWorker(Stage& stage, std::uint32_t run, Outcome& outcome) {
 }
 
 // Both workers of a host, whose agent reports it.
-absl::Status KillPair(Stage& stage, std::uint32_t run, Outcome& outcome) {
+absl::Status KillPair(FailoverStage& stage, std::uint32_t run, FailoverOutcome& outcome) {
   const std::vector<Worker> victims = stage.WorkersOn(run % 2);
   return StrikeWorkers(
       stage, victims, [&] { return SignalAll(victims, SIGKILL); }, outcome);
 }
 
-absl::Status KillHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
+absl::Status KillHost(FailoverStage& stage, std::uint32_t run, FailoverOutcome& outcome) {
   const std::vector<Worker> victims = stage.WorkersOn(run % 2);
   const auto strike = [&] {
     stage.run().cluster().agent(run % 2).Signal(SIGKILL);
@@ -80,13 +80,13 @@ absl::Status KillHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
 }
 
 // Those who were taken for dead may go on only to hear that they are fenced.
-absl::Status AwaitTheEndOf(const std::vector<Worker>& victims, Stage& stage) {
+absl::Status AwaitTheEndOf(const std::vector<Worker>& victims, FailoverStage& stage) {
   return stage.PlayUntil("those who were cut off end", [&] {
     return std::ranges::none_of(victims, [](const Worker& w) { return host::IsAlive(w.pid); });
   });
 }
 
-absl::Status FreezeHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
+absl::Status FreezeHost(FailoverStage& stage, std::uint32_t run, FailoverOutcome& outcome) {
   const std::vector<Worker> victims = stage.WorkersOn(run % 2);
   host::ChildProcess& agent = stage.run().cluster().agent(run % 2);
   const auto strike = [&] {
@@ -99,7 +99,7 @@ absl::Status FreezeHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
   return struck.ok() ? AwaitTheEndOf(victims, stage) : struck;
 }
 
-absl::Status CutLink(Stage& stage, std::uint32_t run, local::HostNetwork& network, Outcome& outcome) {
+absl::Status CutLink(FailoverStage& stage, std::uint32_t run, local::HostNetwork& network, FailoverOutcome& outcome) {
   const std::uint32_t host = run % 2;
   const std::vector<Worker> victims = stage.WorkersOn(host);
   const absl::Status struck = StrikeWorkers(
@@ -109,7 +109,7 @@ absl::Status CutLink(Stage& stage, std::uint32_t run, local::HostNetwork& networ
   return mended.ok() ? AwaitTheEndOf(victims, stage) : mended;
 }
 
-absl::Status KillAgent(Stage& stage, std::uint32_t run, Outcome& outcome) {
+absl::Status KillAgent(FailoverStage& stage, std::uint32_t run, FailoverOutcome& outcome) {
   const std::vector<Worker> workers = stage.Workers();
   stage.run().cluster().KillAgent(run % 2);
   if (absl::Status status = stage.PlayFor(kAgentAway_s); !status.ok()) return status;
@@ -126,7 +126,7 @@ absl::Status KillAgent(Stage& stage, std::uint32_t run, Outcome& outcome) {
 }
 
 // The same time twice with it and once without.
-absl::Status KillControl(Stage& stage, double away_s, Outcome& outcome) {
+absl::Status KillControl(FailoverStage& stage, double away_s, FailoverOutcome& outcome) {
   const std::vector<Worker> workers = stage.Workers();
   std::vector<double> late;
   late.reserve(3);
@@ -155,14 +155,15 @@ std::vector<Fault> AllFaults(const FailoverSize& size, local::HostNetwork* netwo
       {"agent", KillAgent, [](local::RunOptions& options) { options.workers_outlive_agents = true; }}};
   if (network != nullptr) {
     faults.push_back({"link",
-                      [network](Stage& stage, std::uint32_t run, Outcome& outcome) {
+                      [network](FailoverStage& stage, std::uint32_t run, FailoverOutcome& outcome) {
                         return CutLink(stage, run, *network, outcome);
                       },
                       [network](local::RunOptions& options) { options.network = network; }});
   }
-  faults.push_back({"control", [away_s = size.control_away_s](Stage& stage, std::uint32_t, Outcome& outcome) {
-                      return KillControl(stage, away_s, outcome);
-                    }});
+  faults.push_back(
+      {"control", [away_s = size.control_away_s](FailoverStage& stage, std::uint32_t, FailoverOutcome& outcome) {
+         return KillControl(stage, away_s, outcome);
+       }});
   return faults;
 }
 
@@ -171,13 +172,13 @@ namespace {
 constexpr double kMostFailed = 5;  // then what is wrong is not the chance of a run
 
 // The world as it is, or a new one.
-absl::Status StrikeOnce(const Fault& fault, const FailoverSize& size, std::uint32_t run, std::unique_ptr<Stage>& stage,
-                        Outcome& outcome) {
+absl::Status StrikeOnce(const Fault& fault, const FailoverSize& size, std::uint32_t run,
+                        std::unique_ptr<FailoverStage>& stage, FailoverOutcome& outcome) {
   try {
     if (stage == nullptr) {
       local::RunOptions options = StageOptions(size);
       if (fault.prepare) fault.prepare(options);
-      stage = std::make_unique<Stage>(options);
+      stage = std::make_unique<FailoverStage>(options);
     }
     absl::Status status = stage->PlayUntilWell();
     if (status.ok()) status = fault.strike(*stage, run, outcome);
@@ -193,8 +194,8 @@ absl::Status StrikeOnce(const Fault& fault, const FailoverSize& size, std::uint3
 
 absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& report) {
   using Clock = std::chrono::steady_clock;
-  Outcome outcome;
-  std::unique_ptr<Stage> stage;
+  FailoverOutcome outcome;
+  std::unique_ptr<FailoverStage> stage;
   for (std::uint32_t run = 0; run < size.runs && outcome.runs_failed < kMostFailed; ++run) {
     const auto begin = Clock::now();
     const absl::Status status = StrikeOnce(fault, size, run, stage, outcome);

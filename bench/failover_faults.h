@@ -13,7 +13,7 @@ namespace tessera::bench {
 struct Fault {
   std::string name;  // as in the column: "worker"
   // Strikes the world, which is well, and waits until it goes on.
-  std::function<absl::Status(Stage&, std::uint32_t run, Outcome&)> strike;
+  std::function<absl::Status(FailoverStage&, std::uint32_t run, FailoverOutcome&)> strike;
   std::function<void(local::RunOptions&)> prepare = {};
 };
 

@@ -38,7 +38,7 @@ bool HasSettled(const v1::Instance& instance, std::uint32_t regions) {
 struct LongestTicks {
   double clock_s = 0, cpu_s = 0;
 
-  void Look(Stage& stage) {
+  void Look(FailoverStage& stage) {
     const std::vector<Worker> workers = stage.Workers();
     clock_s = std::max(clock_s, HighestOf(workers, kLongestTick));
     cpu_s = std::max(cpu_s, HighestOf(workers, kLongestTickCpu));
@@ -46,7 +46,7 @@ struct LongestTicks {
 };
 
 // Until all regions run by a map of so many; the longest tick meanwhile, as any of them saw it.
-absl::Status ScaleTo(Stage& stage, std::uint32_t regions, LongestTicks& longest) {
+absl::Status ScaleTo(FailoverStage& stage, std::uint32_t regions, LongestTicks& longest) {
   v1::ScaleInstanceRequest request;
   request.set_id(stage.run().instance_id());
   request.set_regions(regions);
@@ -67,7 +67,7 @@ absl::Status ScaleTo(Stage& stage, std::uint32_t regions, LongestTicks& longest)
   return status;
 }
 
-double ShareInCorner(Stage& stage) {
+double ShareInCorner(FailoverStage& stage) {
   double all = 0, there = 0;
   for (const auto& [id, body] : stage.run().bots().front()->client().World()) {
     if (id.value() < 1000) continue;  // walls
@@ -77,7 +77,7 @@ double ShareInCorner(Stage& stage) {
   return all > 0 ? there / all : 0;
 }
 
-std::map<RegionId, Samples> Scrape(Stage& stage) {
+std::map<RegionId, Samples> Scrape(FailoverStage& stage) {
   std::map<RegionId, Samples> pages;
   for (const Worker& worker : stage.Workers()) {
     if (const auto page = telemetry::HttpGet(worker.metrics, "/metrics"); page.ok()) {
@@ -88,7 +88,7 @@ std::map<RegionId, Samples> Scrape(Stage& stage) {
 }
 
 // The busiest region's mean step over the mean of all, over some time from now on.
-absl::Status MeasureImbalance(Stage& stage, double seconds, double& imbalance) {
+absl::Status MeasureImbalance(FailoverStage& stage, double seconds, double& imbalance) {
   const auto before = Scrape(stage);
   if (absl::Status status = stage.PlayFor(seconds); !status.ok()) return status;
   const auto after = Scrape(stage);
@@ -110,8 +110,8 @@ absl::Status MeasureImbalance(Stage& stage, double seconds, double& imbalance) {
 absl::Status RunScale(const FailoverSize& size, Report& report) {
   local::RunOptions options = StageOptions(size);
   options.regions = 2;
-  Stage stage(options);
-  Outcome outcome;
+  FailoverStage stage(options);
+  FailoverOutcome outcome;
   if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
   if (absl::Status status = stage.PlayFor(kGaugeSpan_s); !status.ok()) return status;
   LongestTicks before, longest;
@@ -141,7 +141,7 @@ absl::Status RunHotSpot(const FailoverSize& size, Report& report) {
   options.scene = local::FindScene("rush");
   options.bots = std::min<std::uint32_t>(size.bots, 2);
   options.adjust = [](v1::InstanceSpec& spec) { spec.set_balance(true); };
-  Stage stage(options);
+  FailoverStage stage(options);
   absl::Status status =
       stage.PlayUntil("most bodies are in the corner", [&] { return ShareInCorner(stage) >= kCornerShare; });
   if (!status.ok()) return status;
@@ -153,7 +153,7 @@ absl::Status RunHotSpot(const FailoverSize& size, Report& report) {
   if (status.ok()) status = MeasureImbalance(stage, kWindow_s, imbalance);
   if (status.ok()) status = stage.PlayOn();
   if (!status.ok()) return status;
-  Outcome outcome;
+  FailoverOutcome outcome;
   stage.TakeCensus(outcome);
   const auto add = [&](const char* metric, double value) {
     report.Add("rush", kFailoverEngine, "balance=on", metric, value, "1");

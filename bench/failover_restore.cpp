@@ -22,7 +22,7 @@ absl::Status Save(const FailoverSize& size, const std::string& file, std::uint64
   local::RunOptions options = StageOptions(size);
   options.bodies = size.restored_bodies;
   options.bots = 0;
-  Stage stage(options);
+  FailoverStage stage(options);
   if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
   v1::CheckpointInstanceRequest request;
   request.set_id(stage.run().instance_id());

@@ -43,7 +43,7 @@ local::RunOptions StageOptions(const FailoverSize& size) {
           .capacity = 8};
 }
 
-absl::Status Stage::PlayUntil(const std::string& what, const std::function<bool()>& holds) {
+absl::Status FailoverStage::PlayUntil(const std::string& what, const std::function<bool()>& holds) {
   const auto look = [&] {
     if (watch_) watch_->Look(Clock::now());
     NotePlaces();
@@ -58,12 +58,12 @@ absl::Status Stage::PlayUntil(const std::string& what, const std::function<bool(
   return absl::InternalError(fmt::format("{}never: {}; {}", ended, what, run_.Latest().ShortDebugString()));
 }
 
-absl::Status Stage::PlayFor(double seconds) {
+absl::Status FailoverStage::PlayFor(double seconds) {
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   return PlayUntil("time passed", [end] { return Clock::now() > end; });
 }
 
-bool Stage::IsWell() {
+bool FailoverStage::IsWell() {
   const v1::Instance instance = run_.Latest();
   const auto regions = static_cast<int>(regions_);
   if (instance.state() != v1::INSTANCE_STATE_RUNNING || !instance.changes().empty() ||
@@ -88,7 +88,7 @@ bool Stage::IsWell() {
          });
 }
 
-absl::Status Stage::PlayUntilWell() {
+absl::Status FailoverStage::PlayUntilWell() {
   std::optional<Clock::time_point> since;
   return PlayUntil("every region is protected", [&] {
     if (!IsWell()) {
@@ -100,13 +100,13 @@ absl::Status Stage::PlayUntilWell() {
   });
 }
 
-absl::Status Stage::PlayOn() {
+absl::Status FailoverStage::PlayOn() {
   const auto counted = [&] { return run_.conservation() ? run_.conservation()->censuses : 0; };
   const std::uint64_t before = counted();
   return PlayUntil("further censuses", [&] { return counted() >= before + kCensusesAfter; });
 }
 
-void Stage::NotePlaces() {
+void FailoverStage::NotePlaces() {
   if (Clock::now() < look_at_places_) return;
   look_at_places_ = Clock::now() + kPlacesApart;
   for (local::Bot* bot : run_.bots()) {
@@ -118,7 +118,7 @@ void Stage::NotePlaces() {
 }
 
 // Bodies that nobody sees any more: where they were last.
-void Stage::TellMissing() {
+void FailoverStage::TellMissing() {
   const std::vector<local::Bot*> bots = run_.bots();
   for (const auto& [body_id, body] : seen_) {
     const BodyId id = body_id;
@@ -132,7 +132,7 @@ void Stage::TellMissing() {
   }
 }
 
-void Stage::TakeCensus(Outcome& outcome) {
+void FailoverStage::TakeCensus(FailoverOutcome& outcome) {
   const auto add_new = [](double now, double& before, double& sum) {
     sum += std::max(now - before, 0.0);
     before = now;
@@ -154,7 +154,7 @@ void Stage::TakeCensus(Outcome& outcome) {
   add_new(static_cast<double>(dropped), dropped_, outcome.clients_dropped);
 }
 
-std::vector<Worker> Stage::Workers() {
+std::vector<Worker> FailoverStage::Workers() {
   const v1::Instance instance = run_.Latest();
   std::vector<Worker> workers;
   workers.reserve(static_cast<std::size_t>(instance.region_status_size()));
@@ -166,7 +166,7 @@ std::vector<Worker> Stage::Workers() {
   return workers;
 }
 
-std::vector<Worker> Stage::WorkersOn(std::size_t host) {
+std::vector<Worker> FailoverStage::WorkersOn(std::size_t host) {
   std::vector<Worker> workers = Workers();
   std::erase_if(workers, [&](const Worker& worker) { return worker.host != fmt::format("local-{}", host + 1); });
   return workers;
@@ -184,7 +184,7 @@ double HighestOf(const std::vector<Worker>& workers, const std::string& sample) 
   return highest;
 }
 
-void Outcome::TellKept(const std::string& scene, const std::string& config, Report& report) const {
+void FailoverOutcome::TellKept(const std::string& scene, const std::string& config, Report& report) const {
   report.Set(scene, kFailoverEngine, config, "bodies_lost", lost, "1");
   report.Set(scene, kFailoverEngine, config, "bodies_duplicated", duplicated, "1");
   report.Set(scene, kFailoverEngine, config, "clients_dropped", clients_dropped, "1");
@@ -194,7 +194,7 @@ void Outcome::TellKept(const std::string& scene, const std::string& config, Repo
 
 // The effect of a fault is reported beside that of time alone: the same difference between two spans in which
 // nothing happened.
-void Outcome::TellLateTicks(const std::string& config, Report& report) const {
+void FailoverOutcome::TellLateTicks(const std::string& config, Report& report) const {
   const auto add = [&](const std::string& metric, double value) {
     report.Set("plaza", kFailoverEngine, config, metric, value, "1");
   };
@@ -218,7 +218,7 @@ void Outcome::TellLateTicks(const std::string& config, Report& report) const {
   add_all("late_ticks_added_by_nothing", added_by_nothing);
 }
 
-void Outcome::AddTo(const std::string& fault, const FailoverSize& size, Report& report) const {
+void FailoverOutcome::AddTo(const std::string& fault, const FailoverSize& size, Report& report) const {
   const std::string config = "fault=" + fault;
   const auto add = [&](const char* metric, double value, const char* unit) {
     report.Set("plaza", kFailoverEngine, config, metric, value, unit);

@@ -1,6 +1,6 @@
-// Stage: a world of the suite failover, with those who play in it, from its start to its end.
+// FailoverStage: a world of the suite failover, with those who play in it, from its start to its end.
 //
-//   Stage stage(StageOptions(size));
+//   FailoverStage stage(StageOptions(size));
 //   if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
 //   kill(stage.Workers()[0].pid, SIGKILL);
 //   absl::Status carried_on = stage.PlayUntil("carried on", [&] { return stage.run().Latest().failovers() > 0; });
@@ -44,7 +44,7 @@ struct Worker {
 };
 
 // Results of all runs of a fault.
-struct Outcome {
+struct FailoverOutcome {
   std::vector<double> gaps_ms, server_gaps_ms;
   double runs = 0, runs_failed = 0;  // failed: not well again in time, or a player's client ended
   double lost = 0, duplicated = 0, age_ticks = 0, clients_dropped = 0, workers_lost = 0;
@@ -66,9 +66,9 @@ struct Outcome {
 // Four regions on two hosts, as many bodies and players as `size` says.
 local::RunOptions StageOptions(const FailoverSize& size);
 
-class Stage {
+class FailoverStage {
  public:
-  explicit Stage(const local::RunOptions& options) : run_(options), regions_(options.regions) {}
+  explicit FailoverStage(const local::RunOptions& options) : run_(options), regions_(options.regions) {}
 
   // An error, with the state of the instance, when the world or a player ended or time is up.
   absl::Status PlayUntil(const std::string& what, const std::function<bool()>& holds);
@@ -79,7 +79,7 @@ class Stage {
   // Until further censuses were complete.
   absl::Status PlayOn();
   // Adds what the world lost, doubled or dropped since the last time.
-  void TakeCensus(Outcome& outcome);
+  void TakeCensus(FailoverOutcome& outcome);
 
   std::vector<Worker> Workers();
   std::vector<Worker> WorkersOn(std::size_t host);

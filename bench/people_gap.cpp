@@ -68,7 +68,7 @@ void LookAtAll(DeathWatch& watch, const client::Client& client, const std::vecto
 }
 
 // By how many frames the viewer was later.
-absl::StatusOr<double> KillOne(Stage& stage, std::uint32_t kill_number, const WatchingViewer& viewer,
+absl::StatusOr<double> KillOne(FailoverStage& stage, std::uint32_t kill_number, const WatchingViewer& viewer,
                                DeathWatch& by_sdk, DeathWatch& by_viewer) {
   if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
   if (absl::Status status = stage.PlayFor(kBeforeKill_s); !status.ok()) return status;
@@ -96,7 +96,7 @@ absl::StatusOr<double> KillOne(Stage& stage, std::uint32_t kill_number, const Wa
 }  // namespace
 
 absl::Status RunGap(const PeopleSize& size, Report& report) {
-  Stage stage(
+  FailoverStage stage(
       {.scene = local::FindScene("plaza"), .regions = 4, .bodies = kGapBodies, .bots = 2, .hosts = 2, .capacity = 8});
   const std::string& control = stage.run().cluster().control_address();
   const std::string& instance = stage.run().instance_id();

@@ -9,14 +9,14 @@
 
 namespace tessera::bench {
 
-absl::StatusOr<Run> Stage::Start(const Scene& scene, double hz, Vec3d origin) const {
+absl::StatusOr<Run> StabilityStage::Start(const Scene& scene, double hz, Vec3d origin) const {
   Trial trial{.engine = engine_, .config = {}, .hz = hz};
   trial.config.origin = origin;
   return Run::Start(trial, scene);
 }
 
-void Stage::Note(const std::string& scene, const std::string& config, const std::string& metric, double value,
-                 const std::string& unit) {
+void StabilityStage::Note(const std::string& scene, const std::string& config, const std::string& metric, double value,
+                          const std::string& unit) {
   report_.Add(scene, std::string(EngineName(engine_)), config, metric, value, unit);
 }
 
@@ -53,7 +53,7 @@ absl::Status RunStability(const SuiteOptions& options, Report& report) {
       for (const EngineKind engine : {EngineKind::kTessera, EngineKind::kBullet}) {
         if (engine == EngineKind::kBullet && !check.stock) continue;
         std::fprintf(stderr, "stability: %s in %s\n", check.name.c_str(), std::string(EngineName(engine)).c_str());
-        Stage stage(engine, options.quick, report);
+        StabilityStage stage(engine, options.quick, report);
         if (absl::Status status = check.run(stage); !status.ok()) return status;
       }
     }

@@ -30,7 +30,7 @@ Scene OnGrid(Scene scene) {
 
 // The largest distance of any body from where the same run at the origin has it, after ten seconds. A region's local
 // coordinates are about its own origin, which for Tessera lies where the scene is.
-absl::Status FarAway(Stage& stage) {
+absl::Status FarAway(StabilityStage& stage) {
   const double seconds = stage.quick() ? 3 : 10;
   const std::map<std::string, Scene> scenes{{"far_stack", OnGrid(scenes::Tower(10, 0.01))},
                                             {"far_pyramid", OnGrid(scenes::Pyramid(5))},
@@ -87,7 +87,7 @@ absl::Status ResolveWith(const std::string& field, const std::string& number) {
   return LoadScene(SceneForm::kText, text, "scene").status();
 }
 
-absl::Status AbsurdScenes(Stage& stage) {
+absl::Status AbsurdScenes(StabilityStage& stage) {
   int asked = 0, refused = 0;
   for (const char* field : {"gravity", "mass", "position", "linear_velocity", "angular_velocity", "half_extents",
                             "friction", "max_force"}) {
@@ -103,7 +103,7 @@ absl::Status AbsurdScenes(Stage& stage) {
 }
 
 // Bad input after the scene: states, forces and torques.
-absl::Status AbsurdStates(Stage& stage) {
+absl::Status AbsurdStates(StabilityStage& stage) {
   const float absurd[] = {std::nanf(""), HUGE_VALF, -HUGE_VALF, 1e30f, -1e30f};
   int asked = 0, refused = 0;
   const auto expect_named = [&](const absl::Status& status, const char* field) {
@@ -137,7 +137,7 @@ absl::Status AbsurdStates(Stage& stage) {
 
 // The topmost of ten boxes is pushed by a force that is no number, past the checks: it alone is taken out, and those
 // below it stay as they were.
-absl::Status Isolation(Stage& stage) {
+absl::Status Isolation(StabilityStage& stage) {
   const float absurd[] = {std::nanf(""), HUGE_VALF, 1e30f};
   int alone = 0;
   double stirred = 0;

@@ -15,7 +15,7 @@ constexpr double kGravity = 9.81;
 
 double Speed(const BodyState& state) { return Length(Vec3d(state.linear_velocity)); }
 
-absl::Status Slopes(Stage& stage) {
+absl::Status Slopes(StabilityStage& stage) {
   constexpr double kSeconds = 5, kFriction = 0.5;
   for (const double share : {0.99, 1.01}) {
     const Scene scene = scenes::SlopeAtLimit(share);
@@ -37,7 +37,7 @@ absl::Status Slopes(Stage& stage) {
 }
 
 // Friction acts until the ball rolls: v = 5/7 v0 from t = 2/7 v0 / (mu g) on.
-absl::Status SlidingToRolling(Stage& stage) {
+absl::Status SlidingToRolling(StabilityStage& stage) {
   constexpr double kStart = 7, kEnd = 5, kRadius = 0.5, kFriction = 0.5, kSeconds = 3;
   const Scene scene = scenes::SlidingToRolling();
   absl::StatusOr<Run> run = stage.Start(scene);
@@ -54,7 +54,7 @@ absl::Status SlidingToRolling(Stage& stage) {
 }
 
 // J = (1 + e) v / (1/m + a^2/I), a the level distance from the centre to the end that strikes.
-absl::Status ObliqueRods(Stage& stage) {
+absl::Status ObliqueRods(StabilityStage& stage) {
   for (const double restitution : {0.0, 0.5, 1.0}) {
     const scenes::RodDrop drop = scenes::ObliqueRod(restitution);
     absl::StatusOr<Run> run = stage.Start(drop.scene);
@@ -73,7 +73,7 @@ absl::Status ObliqueRods(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status Overlaps(Stage& stage) {
+absl::Status Overlaps(StabilityStage& stage) {
   for (const double share : {0.25, 0.9}) {
     const Scene scene = scenes::Overlapping(share);
     absl::StatusOr<Run> run = stage.Start(scene);
@@ -93,7 +93,7 @@ absl::Status Overlaps(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status FlatMesh(Stage& stage) {
+absl::Status FlatMesh(StabilityStage& stage) {
   const Scene scene = scenes::BallOverFlatMesh();
   absl::StatusOr<Run> run = stage.Start(scene);
   if (!run.ok()) return run.status();
@@ -113,7 +113,7 @@ absl::Status FlatMesh(Stage& stage) {
 }
 
 // It loses energy by friction and blows, and never gains any.
-absl::Status Needle(Stage& stage) {
+absl::Status Needle(StabilityStage& stage) {
   const Scene scene = scenes::InertiaNeedle();
   const BodyDef& needle = scenes::BodyOf(scene, BodyId(2));
   const auto energy = [&](const BodyState& s) {

@@ -17,7 +17,7 @@
 namespace tessera::bench {
 namespace {
 
-absl::Status Chains(Stage& stage) {
+absl::Status Chains(StabilityStage& stage) {
   for (const double ratio : {1.0, 100.0, 1000.0}) {
     const absl::StatusOr<ChainFigures> figures = SwingChain({.engine = stage.engine(), .config = {}, .hz = 60}, ratio);
     if (!figures.ok()) return figures.status();
@@ -41,7 +41,7 @@ double WidestGap(const Run& run, const Scene& scene) {
 }
 
 // The widest gap at any joint of a scene while it runs.
-absl::Status Holds(Stage& stage, const std::string& name, const Scene& scene, double seconds) {
+absl::Status Holds(StabilityStage& stage, const std::string& name, const Scene& scene, double seconds) {
   absl::StatusOr<Run> run = stage.Start(scene);
   if (absl::IsUnimplemented(run.status())) return absl::OkStatus();
   if (!run.ok()) return run.status();
@@ -57,11 +57,11 @@ absl::Status Holds(Stage& stage, const std::string& name, const Scene& scene, do
   return absl::OkStatus();
 }
 
-absl::Status Loops(Stage& stage) { return Holds(stage, "closed_loop", scenes::ClosedLoop(), 10); }
-absl::Status Figures(Stage& stage) { return Holds(stage, "ragdolls", scenes::Ragdolls(8), 10); }
+absl::Status Loops(StabilityStage& stage) { return Holds(stage, "closed_loop", scenes::ClosedLoop(), 10); }
+absl::Status Figures(StabilityStage& stage) { return Holds(stage, "ragdolls", scenes::Ragdolls(8), 10); }
 
 // Share of the last ball in all momentum after the blow, when it is fastest.
-absl::Status NewtonsCradle(Stage& stage) {
+absl::Status NewtonsCradle(StabilityStage& stage) {
   const scenes::Cradle cradle = scenes::NewtonsCradle();
   absl::StatusOr<Run> run = stage.Start(cradle.scene);
   if (!run.ok()) return run.status();
@@ -106,7 +106,7 @@ class Crossings {
   double before_ = 0, before_s_ = 0, largest_ = 0;
 };
 
-absl::Status Pendulum(Stage& stage) {
+absl::Status Pendulum(StabilityStage& stage) {
   constexpr double kAmplitude = 1, kSeconds = 20;
   const scenes::Pendulum pendulum = scenes::RodPendulum(kAmplitude);
   absl::StatusOr<Run> run = stage.Start(pendulum.scene);
@@ -128,7 +128,7 @@ absl::Status Pendulum(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status Spring(Stage& stage) {
+absl::Status Spring(StabilityStage& stage) {
   for (const double frequency : {1.0, 5.0}) {
     const scenes::SpringMass spring = scenes::MassOnSpring(frequency);
     absl::StatusOr<Run> run = stage.Start(spring.scene);

@@ -17,7 +17,7 @@ constexpr double kFlight_s = 0.3;
 
 // Over so many offsets of the start by parts of one step's way: calls look(run, shot) after each run.
 template <class Make, class Look>
-absl::Status Shoot(Stage& stage, const std::string& name, const std::string& config, int shots, double seconds,
+absl::Status Shoot(StabilityStage& stage, const std::string& name, const std::string& config, int shots, double seconds,
                    Make make, Look look) {
   double cpu_us = 0;
   for (int i = 0; i < shots; ++i) {
@@ -40,7 +40,7 @@ struct Wall {
   double speed_m_s, half_thickness_m;
 };
 
-absl::Status Escapes(Stage& stage) {
+absl::Status Escapes(StabilityStage& stage) {
   const int shots = stage.Repeats(1000, 100);
   for (const Wall wall : {Wall{500, 0.1}, Wall{50, 0.005}, Wall{200, 0.005}, Wall{500, 0.005}}) {
     const std::string config = fmt::format("speed={:g} wall={:g}", wall.speed_m_s, 2 * wall.half_thickness_m);
@@ -55,7 +55,7 @@ absl::Status Escapes(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status RodEscapes(Stage& stage) {
+absl::Status RodEscapes(StabilityStage& stage) {
   const int shots = stage.Repeats(1000, 100);
   for (const double speed : {50.0, 200.0, 500.0}) {
     const std::string config = fmt::format("speed={:g} wall=0.01", speed);
@@ -71,7 +71,7 @@ absl::Status RodEscapes(Stage& stage) {
 }
 
 // Ten boxes behind the wall: the bullet stops at it, and nothing behind it stirs.
-absl::Status Guarded(Stage& stage) {
+absl::Status Guarded(StabilityStage& stage) {
   int escapes = 0;
   double stirred = 0;
   const absl::Status status = Shoot(
@@ -89,7 +89,7 @@ absl::Status Guarded(Stage& stage) {
   return status;
 }
 
-absl::Status Rebounds(Stage& stage) {
+absl::Status Rebounds(StabilityStage& stage) {
   constexpr double kSpeed = 500;
   double worst = 0;
   const absl::Status status = Shoot(
@@ -105,7 +105,7 @@ absl::Status Rebounds(Stage& stage) {
 }
 
 // Equal bullets with restitution 1 change velocities.
-absl::Status HeadOns(Stage& stage) {
+absl::Status HeadOns(StabilityStage& stage) {
   for (const double speed : {50.0, 500.0}) {
     const std::string config = fmt::format("speed={:g}", speed);
     double worst = 0;
@@ -127,7 +127,7 @@ absl::Status HeadOns(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status NearMisses(Stage& stage) {
+absl::Status NearMisses(StabilityStage& stage) {
   for (const double speed : {50.0, 500.0}) {
     const std::string config = fmt::format("speed={:g}", speed);
     double worst = 0;
@@ -145,7 +145,7 @@ absl::Status NearMisses(Stage& stage) {
 }
 
 // Events are the world's own, so it is asked directly.
-absl::Status Triggers(Stage& stage) {
+absl::Status Triggers(StabilityStage& stage) {
   const int shots = stage.Repeats(1000, 100);
   for (const double speed : {5.0, 50.0, 500.0}) {
     int once = 0;

@@ -30,7 +30,7 @@ struct StackFigures {
 };
 
 // Runs a stack, and looks at its speed over the last two seconds. Ends early once it has fallen.
-absl::StatusOr<StackFigures> Stand(const Stage& stage, const Scene& scene, double half_m, double seconds) {
+absl::StatusOr<StackFigures> Stand(const StabilityStage& stage, const Scene& scene, double half_m, double seconds) {
   absl::StatusOr<Run> run = stage.Start(scene);
   if (!run.ok()) return run.status();
   StackFigures figures;
@@ -49,7 +49,7 @@ absl::StatusOr<StackFigures> Stand(const Stage& stage, const Scene& scene, doubl
   return figures;
 }
 
-absl::Status Towers(Stage& stage) {
+absl::Status Towers(StabilityStage& stage) {
   constexpr double kJitter_m = 0.01;
   const bool stock = stage.engine() == EngineKind::kBullet;
   for (const int n : {10, 20, 40, 80}) {
@@ -78,7 +78,7 @@ absl::Status Towers(Stage& stage) {
   return absl::OkStatus();
 }
 
-void NoteStack(Stage& stage, const std::string& scene, const std::string& config, const StackFigures& figures,
+void NoteStack(StabilityStage& stage, const std::string& scene, const std::string& config, const StackFigures& figures,
                const std::string& height_metric = "height_ratio") {
   stage.Note(scene, config, "standing", figures.standing);
   stage.Note(scene, config, height_metric, figures.height_ratio);
@@ -87,7 +87,7 @@ void NoteStack(Stage& stage, const std::string& scene, const std::string& config
   stage.Cost(scene, config, figures.cpu_us);
 }
 
-absl::Status MassRatios(Stage& stage) {
+absl::Status MassRatios(StabilityStage& stage) {
   for (const double ratio : {10.0, 100.0, 1000.0}) {
     const absl::StatusOr<StackFigures> figures = Stand(stage, scenes::LoadedStack(10, ratio), 0.5, 10);
     if (!figures.ok()) return figures.status();
@@ -97,7 +97,7 @@ absl::Status MassRatios(Stage& stage) {
 }
 
 // Far more than substeps alone hold, standing straight and under a pull that leans by a degree.
-absl::Status Loads(Stage& stage) {
+absl::Status Loads(StabilityStage& stage) {
   constexpr double kDegree_rad = 0.017453292519943295;
   for (const double ratio : {1500.0, 3000.0, 10000.0}) {
     double lowest = 1;
@@ -129,7 +129,7 @@ bool BehindWall(const Run& run, BodyId body) {
 }
 
 // A body that a heavy one presses against a thin wall stays on its side of it, and so does the heavy one.
-absl::Status Presses(Stage& stage) {
+absl::Status Presses(StabilityStage& stage) {
   for (const double newtons : {500.0, 3000.0, 20000.0}) {
     for (const double heavy : {10.0, 100.0}) {
       double through = 0, deepest = 0, cpu_us = 0;
@@ -162,7 +162,7 @@ absl::Status Presses(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status MassRatioPyramids(Stage& stage) {
+absl::Status MassRatioPyramids(StabilityStage& stage) {
   for (const double density : {100.0, 200.0, 300.0}) {
     const Scene scene = scenes::MassRatioPyramid(10, density);
     absl::StatusOr<Run> run = stage.Start(scene);
@@ -184,7 +184,7 @@ absl::Status MassRatioPyramids(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status OtherShapes(Stage& stage) {
+absl::Status OtherShapes(StabilityStage& stage) {
   struct Case {
     const char* name;
     ShapePtr shape;
@@ -205,7 +205,7 @@ absl::Status OtherShapes(Stage& stage) {
 }
 
 // A tower, and a box on a slope at nine tenths of what friction holds. What it creeps, by the hour.
-absl::Status Creep(Stage& stage) {
+absl::Status Creep(StabilityStage& stage) {
   const double seconds = stage.quick() ? 60 : 3600;
   for (const bool slope : {false, true}) {
     const Scene scene = slope ? scenes::SlopeAtLimit(0.9) : scenes::Tower(5, 0.01);

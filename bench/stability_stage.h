@@ -1,4 +1,4 @@
-// Stage: what the checks of the suite `stability` run on and report to. Inside bench only.
+// StabilityStage: what the checks of the suite `stability` run on and report to. Inside bench only.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@
 
 namespace tessera::bench {
 
-class Stage {
+class StabilityStage {
  public:
-  Stage(EngineKind engine, bool quick, Report& report) : engine_(engine), quick_(quick), report_(report) {}
+  StabilityStage(EngineKind engine, bool quick, Report& report) : engine_(engine), quick_(quick), report_(report) {}
 
   EngineKind engine() const { return engine_; }
   bool quick() const { return quick_; }
@@ -34,7 +34,7 @@ class Stage {
 
 struct Check {
   std::string name;  // as `--only` takes it
-  absl::Status (*run)(Stage&);
+  absl::Status (*run)(StabilityStage&);
   bool stock = false;  // by stock Bullet too
 };
 

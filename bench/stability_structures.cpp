@@ -12,7 +12,7 @@ namespace tessera::bench {
 namespace {
 
 // Until its last block, which lies on the topmost floor, has come down by a layer.
-absl::Status Kapla(Stage& stage) {
+absl::Status Kapla(StabilityStage& stage) {
   const double seconds = stage.quick() ? 10 : 600;
   const Scene scene = scenes::KaplaTower();
   absl::StatusOr<Run> run = stage.Start(scene, 100);
@@ -31,7 +31,7 @@ absl::Status Kapla(Stage& stage) {
 }
 
 // Whether nothing has moved by more than `moved_m` after `seconds`, at 60 and at 240 Hz.
-absl::Status StandsAtBothRates(Stage& stage, const std::string& name, const Scene& scene, double seconds,
+absl::Status StandsAtBothRates(StabilityStage& stage, const std::string& name, const Scene& scene, double seconds,
                                double moved_m) {
   bool outcome[2] = {};
   const double rates[2] = {60, 240};
@@ -51,15 +51,15 @@ absl::Status StandsAtBothRates(Stage& stage, const std::string& name, const Scen
   return absl::OkStatus();
 }
 
-absl::Status Cards(Stage& stage) {
+absl::Status Cards(StabilityStage& stage) {
   return StandsAtBothRates(stage, "card_house", scenes::CardHouse(), stage.quick() ? 4 : 20, 0.05);
 }
 
-absl::Status StoneArch(Stage& stage) {
+absl::Status StoneArch(StabilityStage& stage) {
   return StandsAtBothRates(stage, "arch", scenes::Arch(), stage.quick() ? 4 : 20, 0.3);
 }
 
-absl::Status FallingDominoes(Stage& stage) {
+absl::Status FallingDominoes(StabilityStage& stage) {
   constexpr double kSeconds = 40, kUpright = 0.94;  // cosine of 20 degrees
   const Scene scene = scenes::Dominoes();
   int fallen[2] = {};
@@ -86,7 +86,7 @@ absl::Status FallingDominoes(Stage& stage) {
   return absl::OkStatus();
 }
 
-absl::Status ThinBoxes(Stage& stage) {
+absl::Status ThinBoxes(StabilityStage& stage) {
   constexpr double kStill_m_s = 0.05;
   const double seconds = stage.quick() ? 4 : 20;
   const Scene scene = scenes::ThinBoxesOnWaves(stage.quick() ? 100 : 400);

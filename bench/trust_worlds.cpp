@@ -162,7 +162,7 @@ absl::Status RunFloodedTicks(const TrustSize& size, Report& report) {
 }
 
 absl::Status RunEvictions(const TrustSize& size, Report& report) {
-  Outcome outcome;
+  FailoverOutcome outcome;
   std::vector<double> seconds;
   for (std::uint32_t i = 0; i < size.evictions; ++i) {
     const FailoverSize world{
@@ -170,7 +170,7 @@ absl::Status RunEvictions(const TrustSize& size, Report& report) {
     local::RunOptions options = StageOptions(world);
     options.regions = size.regions;
     options.capacity = size.regions;
-    Stage stage(options);
+    FailoverStage stage(options);
     if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
     const std::vector<Worker> victims = stage.WorkersOn(0);
     v1::RemoveHostRequest request;

@@ -1,5 +1,6 @@
 # Finds constants and types of a source's anonymous namespace that have the name of one in a header of the same or an
-# enclosing namespace. Merged with another source (TESSERA_MERGE), such a name silently hides the header's from it.
+# enclosing namespace. Merged with another source (TESSERA_MERGE), such a name silently hides the header's from it. Finds types
+# that two headers of one namespace define, too: no program may have both.
 #
 #   awk -f hidden_names.awk HEADER... SOURCE...        all headers first; prints a line for each, and exits with 1 if there is one
 
@@ -52,6 +53,13 @@ FNR == 1 { space = ""; anonymous = 0; header = FILENAME ~ /\.h$/ }
   count = split(named($0), name, " ")
   for (i = 1; i <= count; ++i) {
     if (header) {
+      if (/\{/ && !/::/ && !/ k[A-Z]/) {
+        if ((space, name[i]) in defined && defined[space, name[i]] != FILENAME) {
+          printf "%s:%d: %s is another type in %s\n", FILENAME, FNR, name[i], defined[space, name[i]]
+          found = 1
+        }
+        defined[space, name[i]] = FILENAME
+      }
       declared[space, name[i]] = FILENAME
       if (space in used) declared[used[space], name[i]] = FILENAME
       continue
