@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "client_sdk/include/tessera/tessera.h"  // a program may be a client and hold a game
 #include "client_sdk/prediction_loop.h"
 #include "game_sdk/examples/car/car_movement.h"
 
@@ -21,7 +22,7 @@ tessera_game_module ModuleOf(const tessera_movement* movement) {
           [](const tessera_game_host*, const tessera_game_source*, void**, tessera_game_error*) { return 0; },
           [](void*) {},
           [](const void*, std::uint32_t, const char*) { return 0; },
-          [](void*, tessera_game_call*, const tessera_game_event*, tessera_game_error*) { return 0; },
+          [](void*, tessera_game_call*, const tessera_game_callback*, tessera_game_error*) { return 0; },
           movement};
 }
 

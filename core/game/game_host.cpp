@@ -249,8 +249,8 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
   call.callback = callback;
   call.shown_at = shown_at_;
   call.claim = claim_;
-  const tessera_game_event event{sizeof event, callback, kind == 0 ? nullptr : scene_->kinds[kind].c_str(),
-                                 arguments.data(), static_cast<std::uint32_t>(arguments.size())};
+  const tessera_game_callback event{sizeof event, callback, kind == 0 ? nullptr : scene_->kinds[kind].c_str(),
+                                    arguments.data(), static_cast<std::uint32_t>(arguments.size())};
   tessera_game_error error;
   error.text[0] = '\0';
   const bool failed = module_.run(game_, &call, &event, &error) != 0 || call.instructions > call.budget;

@@ -127,14 +127,14 @@ int Handles(const void* game, std::uint32_t callback, const char* kind) {
 
 // Pushes the arguments of an event, and returns them. Argument: the event.
 int PushArguments(lua_State* L) {
-  const auto& event = *static_cast<const tessera_game_event*>(lua_touserdata(L, 1));
+  const auto& event = *static_cast<const tessera_game_callback*>(lua_touserdata(L, 1));
   luaL_checkstack(L, static_cast<int>(event.count) + 8, nullptr);
   for (std::uint32_t i = 0; i < event.count; ++i) PushValue(L, event.arguments[i]);
   return static_cast<int>(event.count);
 }
 
 // Pushes the arguments of an event where that allocates nothing, and so cannot fail. Otherwise it pushes none of them.
-bool PushedPlainArguments(lua_State* L, const tessera_game_event& event) {
+bool PushedPlainArguments(lua_State* L, const tessera_game_callback& event) {
   constexpr std::uint32_t kMost = 8;  // Lua has so many places free outside of any function
   if (event.count > kMost) return false;
   for (std::uint32_t i = 0; i < event.count; ++i) {
@@ -146,11 +146,11 @@ bool PushedPlainArguments(lua_State* L, const tessera_game_event& event) {
 }
 
 // Calls the function with the event's arguments. Returns what lua_pcall does.
-int CallWithArguments(lua_State* L, int reference, const tessera_game_event& event) {
+int CallWithArguments(lua_State* L, int reference, const tessera_game_callback& event) {
   lua_rawgeti(L, LUA_REGISTRYINDEX, reference);
   if (!PushedPlainArguments(L, event)) {
     lua_pushcfunction(L, PushArguments);
-    lua_pushlightuserdata(L, const_cast<tessera_game_event*>(&event));
+    lua_pushlightuserdata(L, const_cast<tessera_game_callback*>(&event));
     if (const int status = lua_pcall(L, 1, static_cast<int>(event.count), kHandler); status != LUA_OK) return status;
   }
   return lua_pcall(L, static_cast<int>(event.count), 0, kHandler);
@@ -164,7 +164,7 @@ int LineOf(lua_State* L, int reference) {
   return function.linedefined;
 }
 
-int Run(void* loaded, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error) {
+int Run(void* loaded, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error* error) {
   Game& game = *static_cast<Game*>(loaded);
   lua_State* const L = game.runtime.lua();
   const int reference = game.callbacks.FindAgain(event->callback, event->kind);

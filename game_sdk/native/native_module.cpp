@@ -73,7 +73,7 @@ int HandlesNative(const void* game, std::uint32_t callback, const char* kind) {
   return native.functions->handles(native.game, callback, kind);
 }
 
-int RunNative(void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error) {
+int RunNative(void* game, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error* error) {
   const auto& native = *static_cast<const NativeGame*>(game);
   const Callback* const callback = FindCallback(event->callback);
   const CrashNote note(native.name.c_str(), callback == nullptr ? "a callback" : callback->name.data(), event->kind);

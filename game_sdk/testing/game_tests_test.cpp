@@ -292,7 +292,7 @@ TEST_F(GameTestsTest, AGameThatFreshStatesChangeFails) {
       [](const void*, std::uint32_t callback, const char* kind) {
         return callback == kOnBodyTick && std::string_view(kind) == "ball" ? 1 : 0;
       },
-      [](void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error*) {
+      [](void* game, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error*) {
         auto& [host, number] = *static_cast<Counter*>(game);
         tessera_game_value arguments[3] = {event->arguments[0], {}, {}}, result{};
         arguments[1].type = TESSERA_GAME_TEXT;

@@ -205,7 +205,7 @@ TEST_F(LockstepWorldTest, FreshStatesForgetWhatAGameKeeps) {
       },
       [](void* game) { delete static_cast<std::pair<const tessera_game_host*, std::int64_t>*>(game); },
       [](const void*, std::uint32_t callback, const char*) { return callback == kOnBodyTick ? 1 : 0; },
-      [](void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error*) {
+      [](void* game, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error*) {
         auto& [host, number] = *static_cast<std::pair<const tessera_game_host*, std::int64_t>*>(game);
         tessera_game_value arguments[3] = {event->arguments[0], {}, {}}, result{};
         arguments[1].type = TESSERA_GAME_TEXT;

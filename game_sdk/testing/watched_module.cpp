@@ -55,7 +55,7 @@ int HandlesWatched(const void* game, std::uint32_t callback, const char* kind) {
   return watched.module->handles(watched.game, callback, kind);
 }
 
-int RunWatched(void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error) {
+int RunWatched(void* game, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error* error) {
   auto& watched = *static_cast<WatchedGame*>(game);
   if (event->callback == kOnTick) {
     watched.watcher->AtTick(*watched.host, call);

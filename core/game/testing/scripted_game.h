@@ -78,7 +78,7 @@ class ScriptedGame {
   static int Handles(const void*, std::uint32_t callback, const char* kind) {
     return current_->handlers_.contains({callback, kind == nullptr ? "" : kind}) ? 1 : 0;
   }
-  static int Run(void*, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error) {
+  static int Run(void*, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error* error) {
     GameCalls calls(*current_->host_, call);
     const Handler& handler = current_->handlers_.at({event->callback, event->kind == nullptr ? "" : event->kind});
     if (handler(calls, {event->arguments, event->count})) return 0;

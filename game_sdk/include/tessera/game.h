@@ -105,13 +105,14 @@ typedef struct tessera_game_source {
   size_t byte_count;
 } tessera_game_source;
 
-typedef struct tessera_game_event {
+/* One callback, as run() is told of it. */
+typedef struct tessera_game_callback {
   uint32_t size;     /* bytes of this struct */
   uint32_t callback; /* its number in the table */
   const char* kind;  /* kind of the body that it is about, ended by a 0; NULL for the callbacks of the world */
   const tessera_game_value* arguments;
   uint32_t count;
-} tessera_game_event;
+} tessera_game_callback;
 
 typedef struct tessera_game_module {
   uint32_t size; /* bytes of this struct */
@@ -123,7 +124,7 @@ typedef struct tessera_game_module {
    * and does not call what is not there. */
   int (*handles)(const void* game, uint32_t callback, const char* kind);
   /* Runs one callback. Returns 0, or not 0 and why. */
-  int (*run)(void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error);
+  int (*run)(void* game, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error* error);
   /* How players' inputs move bodies; NULL: as the scene says. Modules whose `size` ends before this have none. */
   const tessera_movement* movement;
 } tessera_game_module;

@@ -327,7 +327,7 @@ using BodyCallback = std::function<void(World&, Body self)>;
 using PairCallback = std::function<void(World&, Body self, Body other)>;
 using TimerCallback = std::function<void(World&, Body self, const std::string& name, const Values& values)>;
 // Any callback of the table, by its number, with its arguments as the interface has them.
-using AnyCallback = std::function<void(World&, const tessera_game_event&)>;
+using AnyCallback = std::function<void(World&, const tessera_game_callback&)>;
 
 // The callbacks of bodies of one kind.
 class Kind {
@@ -338,7 +338,7 @@ class Kind {
   Kind& on_entered(PairCallback act) { return OnPair(kOnBodyEntered, std::move(act)); }
   Kind& on_left(PairCallback act) { return OnPair(kOnBodyLeft, std::move(act)); }
   Kind& on_timer(TimerCallback act) {
-    return on(kOnBodyTimer, [act = std::move(act)](World& world, const tessera_game_event& event) {
+    return on(kOnBodyTimer, [act = std::move(act)](World& world, const tessera_game_callback& event) {
       act(world, Self(world, event), Value(event.arguments[1]).text(), Values(event.arguments[2]));
     });
   }
@@ -353,16 +353,16 @@ class Kind {
   }
 
  private:
-  static Body Self(World& world, const tessera_game_event& event) {
+  static Body Self(World& world, const tessera_game_callback& event) {
     return Body(world, Value(event.arguments[0]).body());
   }
   Kind& OnBody(std::uint32_t callback, BodyCallback act) {
-    return on(callback, [act = std::move(act)](World& world, const tessera_game_event& event) {
+    return on(callback, [act = std::move(act)](World& world, const tessera_game_callback& event) {
       act(world, Self(world, event));
     });
   }
   Kind& OnPair(std::uint32_t callback, PairCallback act) {
-    return on(callback, [act = std::move(act)](World& world, const tessera_game_event& event) {
+    return on(callback, [act = std::move(act)](World& world, const tessera_game_callback& event) {
       act(world, Self(world, event), Body(world, Value(event.arguments[1]).body()));
     });
   }
@@ -374,7 +374,7 @@ class Kind {
 class Game {
  public:
   Game& on_tick(WorldCallback act) {
-    world_.on(kOnTick, [act = std::move(act)](World& world, const tessera_game_event&) { act(world); });
+    world_.on(kOnTick, [act = std::move(act)](World& world, const tessera_game_callback&) { act(world); });
     return *this;
   }
   // Callbacks of the world by their numbers.
@@ -438,7 +438,7 @@ inline int Handles(const void* game, std::uint32_t callback, const char* kind) {
   return static_cast<const Loaded*>(game)->game.find(callback, kind) != nullptr ? 1 : 0;
 }
 
-inline int Run(void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error) {
+inline int Run(void* game, tessera_game_call* call, const tessera_game_callback* event, tessera_game_error* error) {
   return Guarded(error, [&] {
     const Loaded& loaded = *static_cast<const Loaded*>(game);
     const AnyCallback* const callback = loaded.game.find(event->callback, event->kind);

@@ -36,8 +36,8 @@ class LuaModuleTest : public ::testing::Test {
   }
 
   std::string Run(std::uint32_t callback, const char* kind, const std::vector<tessera_game_value>& arguments) {
-    const tessera_game_event event{sizeof event, callback, kind, arguments.data(),
-                                   static_cast<std::uint32_t>(arguments.size())};
+    const tessera_game_callback event{sizeof event, callback, kind, arguments.data(),
+                                      static_cast<std::uint32_t>(arguments.size())};
     tessera_game_error error{};
     host_.work = 0;
     const int status = module_->run(game_, &host_.call, &event, &error);
