@@ -14,6 +14,7 @@
 #include "cli/contexts.h"
 #include "cli/instance_view.h"
 #include "cli/signals.h"
+#include "core/world/ids.h"
 #include "local_cluster/connection.h"
 
 namespace tessera::cli {
@@ -26,8 +27,15 @@ struct LogOptions {
   bool follow = false;
 };
 
+// The body that a line is about, as the other commands name it: by the player whose it is.
+std::string Subject(BodyId body) {
+  if (body == BodyId()) return "";
+  if (IsPlayerBody(body)) return fmt::format(" player {}", PlayerOf(body).value());
+  return fmt::format(" body {}", body.value());
+}
+
 std::string TextOf(const v1::GameLogLine& line) {
-  const std::string body = line.line().body() == 0 ? "" : fmt::format(" body {}", line.line().body());
+  const std::string body = Subject(BodyId(line.line().body()));
   return fmt::format("{:%H:%M:%S} region {} tick {}{}: {}{}\n", fmt::localtime(line.time().seconds()), line.region(),
                      line.line().tick(), body, line.line().error() ? "error: " : "", line.line().text());
 }
