@@ -20,6 +20,8 @@ function read_names(source,    line, parts, seen, needed, n, i, word, name, insi
       name = name_at_start(line)
       if (name != "") names[name]
     }
+    n = split(constants_in(line), parts, " ")
+    if (inside) for (i = 1; i <= n; i++) names[parts[i]]
   }
   close(root source)
   read_words(source)
@@ -42,6 +44,7 @@ function read_words(path,    line, parts, n, i, name) {
       sub(/\/\/.*/, "", line)
       name = name_at_start(line)
       if (name != "") declared_of[path] = declared_of[path] " " name
+      declared_of[path] = declared_of[path] constants_in(line)
       n = split(line, parts, /[^A-Za-z0-9_]+/)
       for (i = 1; i <= n; i++) {
         if (parts[i] in fresh) continue
@@ -57,6 +60,21 @@ function read_words(path,    line, parts, n, i, name) {
   for (i = 1; i <= n; i++) declared[parts[i]]
   n = split(headers_of[path], parts, " ")
   for (i = 1; i <= n; i++) read_words(parts[i])
+}
+
+# The constants that a declaration introduces whose first line has no indentation, each after a blank; to be called with each of
+# its lines.
+function constants_in(line,    found, name) {
+  if (line ~ /^(inline |static )*(constexpr|const|enum) /) constants_go_on = 1
+  if (!constants_go_on) return ""
+  constants_go_on = line !~ /[;{]$/
+  while (match(line, /[ *&]k[A-Z][A-Za-z0-9_]*(\[[^]]*\])* ?[={(]/)) {
+    name = substr(line, RSTART + 1, RLENGTH - 1)
+    line = substr(line, RSTART + RLENGTH)
+    sub(/[^A-Za-z0-9_].*/, "", name)
+    found = found " " name
+  }
+  return found
 }
 
 # The name that a line without indentation introduces, as far as its look tells. What is included for its definitions counts as
