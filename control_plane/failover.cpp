@@ -28,6 +28,13 @@ const records::Dead* FindDead(const records::Failover& failover, std::uint32_t r
   return found == failover.dead().end() ? nullptr : &*found;
 }
 
+std::vector<RegionId> DeadRegions(const records::Failover& failover) {
+  std::vector<RegionId> dead;
+  dead.reserve(static_cast<std::size_t>(failover.dead_size()));
+  for (const records::Dead& entry : failover.dead()) dead.emplace_back(entry.region());
+  return dead;
+}
+
 // True if the bodies of the dead have not been promoted yet.
 bool Unresolved(const records::Instance& record) {
   return record.has_failover() && !record.failover().has_resolution();
@@ -119,7 +126,7 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
   // Whoever has not resumed still has the copies, and whoever has resumed owns what was in them: the next inventories
   // show which.
   if (record.failover().has_resolution()) {
-    for (records::Dead& resolved : *next.mutable_failover()->mutable_dead()) resolved.set_resolved(true);
+    next = MaybeResolved(record);
     next.mutable_failover()->clear_resolution();
   }
   std::vector<RegionId> dead;
@@ -127,7 +134,7 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
     DeclareDead(record, death, next);
     if (InMap(BaseMap(record), death.region)) dead.emplace_back(death.region);
   }
-  if (dead.empty()) {
+  if (dead.empty() && !deaths.empty()) {
     next.clear_failover();
     if (record.has_failover()) *next.mutable_failover() = record.failover();
     if (record.planned().committed()) return next;  // it leaves them out: they owned nothing any more
@@ -153,7 +160,7 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
   return next;
 }
 
-absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const Inventories& living) {
+absl::StatusOr<region::Resolution> ResolveFailover(const records::Instance& record, const Inventories& living) {
   const auto map = FromProto(record.map());
   if (!map.ok()) return map.status();
   std::vector<region::Inventory> inventories;
@@ -163,10 +170,7 @@ absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& recor
     if (!read.ok()) return read.status();
     inventories.push_back(*std::move(read));
   }
-  std::vector<RegionId> dead;
-  dead.reserve(static_cast<std::size_t>(record.failover().dead_size()));
-  for (const records::Dead& entry : record.failover().dead()) dead.emplace_back(entry.region());
-  const auto resolution = region::Resolve(*map, dead, inventories, ToIds(record.bodies()));
+  auto resolution = region::Resolve(*map, DeadRegions(record.failover()), inventories, ToIds(record.bodies()));
   if (!resolution.ok()) return resolution.status();
   const bool nothing_missing =
       resolution->lost.empty() && HadNothingOfItsOwn(record.failover(), resolution->without_copy);
@@ -176,12 +180,23 @@ absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& recor
                      absl::StrJoin(resolution->without_copy, ", ",
                                    [](std::string* out, RegionId region) { absl::StrAppend(out, region.value()); })));
   }
+  return *std::move(resolution);
+}
+
+records::Instance WithResolution(const records::Instance& record, const region::Resolution& resolution) {
   records::Instance next = record;
-  *next.mutable_failover()->mutable_resolution() = region::ToProto(*resolution);
+  *next.mutable_failover()->mutable_resolution() = region::ToProto(resolution);
   next.set_failovers(record.failovers() + 1);
-  next.set_lost_bodies(record.lost_bodies() + resolution->lost.size());
-  for (const BodyId body : resolution->lost) TakeOut(body, *next.mutable_bodies());
-  FindNewSpawns(*map, dead, *resolution, next);
+  next.set_lost_bodies(record.lost_bodies() + resolution.lost.size());
+  for (const BodyId body : resolution.lost) TakeOut(body, *next.mutable_bodies());
+  const auto map = FromProto(record.map());
+  if (map.ok()) FindNewSpawns(*map, DeadRegions(record.failover()), resolution, next);  // ResolveFailover has read it
+  return next;
+}
+
+records::Instance MaybeResolved(const records::Instance& record) {
+  records::Instance next = record;
+  for (records::Dead& dead : *next.mutable_failover()->mutable_dead()) dead.set_resolved(true);
   return next;
 }
 

@@ -3,12 +3,14 @@
 //
 //   deaths -> BeginFailover: the dead leave the map, and this failover map is stored before anybody hears of it
 //          -> the living answer with inventories, and every dead worker stands still (failover_watch.h)
-//          -> ResolveFailover: who promotes which bodies is stored before anybody hears of it
+//          -> ResolveFailover: who promotes which bodies; the living are told, and then WithResolution is stored
 //          -> the living run by the new map -> EndFailover
 //
 // A death on the way begins anew with a higher version and the dead of both. Each step is found again from the stored
-// record, so a control plane may end between any two. Only the living of the record get orders: a worker that was cut
-// off is in no desired set when it is heard of again, and ends.
+// record, so a control plane may end between any two. One that finds a failover without a resolution cannot know
+// whether some of the living were told one and have resumed: it begins anew with MaybeResolved, and the inventories of
+// that map show who owns what (docs/decisions/0081-one-write-a-failover.md). Only the living of the record get orders:
+// a worker that was cut off is in no desired set when it is heard of again, and ends.
 #pragma once
 
 #include <map>
@@ -19,6 +21,7 @@
 #include "control_plane/control_records.pb.h"
 #include "control_plane/now.h"
 #include "control_plane/standbys.h"
+#include "core/region/resolve.h"
 
 namespace tessera::control {
 
@@ -35,14 +38,20 @@ using Inventories = std::map<std::uint32_t, v1::Inventory>;  // by region of the
 std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const std::vector<Death>& deaths);
 
 // Declares the workers dead: they lose their placements, and if they had a part in the world, the failover map and the
-// failover are set. Without such a part only a plan that needed them is dropped, and the map stays. INVALID_ARGUMENT if
-// no region is left.
+// failover are set. Without such a part only a plan that needed them is dropped, and the map stays. Without deaths the
+// failover under way begins anew. INVALID_ARGUMENT if no region is left.
 absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record, const std::vector<Death>& deaths,
                                                 const CutBetween& cut, Now now);
 
-// Sets the resolution. DATA_LOSS names the regions that nobody has a copy of; a newcomer that died before its standby
-// had one does not count, unless a body is missing.
-absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const Inventories& living);
+// Who promotes which bodies. DATA_LOSS names the regions that nobody has a copy of; a newcomer that died before its
+// standby had one does not count, unless a body is missing.
+absl::StatusOr<region::Resolution> ResolveFailover(const records::Instance& record, const Inventories& living);
+
+// Sets what ResolveFailover gave for the failover of `record`.
+records::Instance WithResolution(const records::Instance& record, const region::Resolution& resolution);
+
+// The failover of `record`, whose dead may or may not have been carried on by now.
+records::Instance MaybeResolved(const records::Instance& record);
 
 // All have resumed.
 records::Instance EndFailover(const records::Instance& record);

@@ -62,7 +62,9 @@ struct Newcomer {
       inventory.mutable_owned()->add_bodies(region);
       inventory.mutable_owned()->add_epochs(1);
     }
-    return ResolveFailover(*begun, living);
+    const auto resolution = ResolveFailover(*begun, living);
+    if (!resolution.ok()) return resolution.status();
+    return WithResolution(*begun, *resolution);
   }
 
   records::Instance record;

@@ -219,24 +219,33 @@ TEST(FailoverTest, AnotherDeathOnTheWayBeginsAnewWithTheDeadOfBoth) {
   ExpectEachBodyOnce(harness, 9);
 }
 
-// The resolution is stored, and its standby has not heard of it.
+// The resolution is made, or stored as well, and its standby has not heard of it.
 TEST(FailoverTest, ADeathBeforeAResolutionIsCarriedOutLosesNothingOfTheFirst) {
-  ClusterHarness harness;
-  for (const char* name : {"alpha", "beta", "gamma"}) harness.AddHost(name, 8);
-  const std::string id = Start(harness, 9);
-  const std::uint32_t standby = StandbyOf(harness.Get(id), 1);
-  std::uint32_t other = 2;
-  while (other == standby || StandbyOf(harness.Get(id), other) == 1) ++other;
-  auto& first = harness.AgentOf(id, 1);
-  harness.Send(first, first.fake.Kill({id, 1}, 9));
-  harness.Exchange();
-  ASSERT_EQ(harness.Get(id).failovers(), 1u);
-  auto& second = harness.AgentOf(id, other);
-  harness.Send(second, second.fake.Kill({id, other}, 9));
-  harness.Pump();
-  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
-  EXPECT_EQ(harness.Get(id).lost_bodies(), 0u);
-  ExpectEachBodyOnce(harness, 9);
+  for (const bool stored : {false, true}) {
+    SCOPED_TRACE(stored);
+    ClusterHarness harness;
+    for (const char* name : {"alpha", "beta", "gamma"}) harness.AddHost(name, 8);
+    const std::string id = Start(harness, 9);
+    const std::uint32_t standby = StandbyOf(harness.Get(id), 1);
+    std::uint32_t other = 2;
+    while (other == standby || StandbyOf(harness.Get(id), other) == 1) ++other;
+    auto& first = harness.AgentOf(id, 1);
+    harness.Send(first, first.fake.Kill({id, 1}, 9));
+    harness.Exchange();
+    ASSERT_TRUE(harness.cluster().state().FindInstance(id)->told);
+    if (stored) {  // which does not wait for agents that take no orders
+      harness.now.steady += milliseconds(500);
+      harness.cluster().HandleTimer(harness.now);
+    }
+    ASSERT_EQ(harness.Get(id).failovers(), stored ? 1u : 0u);
+    auto& second = harness.AgentOf(id, other);
+    harness.Send(second, second.fake.Kill({id, other}, 9));
+    harness.Pump();
+    EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
+    EXPECT_EQ(harness.Get(id).lost_bodies(), 0u);
+    EXPECT_EQ(harness.Get(id).failovers(), 2u);
+    ExpectEachBodyOnce(harness, 9);
+  }
 }
 
 TEST(FailoverTest, IsGivenUpWhenALivingRegionDoesNotAnswer) {

@@ -276,6 +276,7 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
   const bool placed_anew = !SamePlaces(instance.record, next);
   const bool new_seed = instance.record.signing_seed() != next.signing_seed();
   instance.record = next;
+  instance.told.reset();
   instance.revision = *written;
   if (new_seed) FollowSeed(instance);
   if (placed_anew) FollowPlacements(instance);

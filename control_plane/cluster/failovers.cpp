@@ -1,6 +1,7 @@
 #include "control_plane/cluster/failovers.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -12,6 +13,8 @@
 
 namespace tessera::control {
 namespace {
+
+constexpr std::chrono::milliseconds kOrdersPatience{500};  // for agents' streams to take their orders
 
 // "region 3 on alpha: silent; region 4 on beta: worker was killed by signal 9"
 std::string DescribeDeaths(const ClusterState& state, const InstanceEntry& instance, const std::vector<Death>& deaths) {
@@ -28,6 +31,10 @@ std::string DescribeDeaths(const ClusterState& state, const InstanceEntry& insta
   return absl::StrJoin(endings, "; ");
 }
 
+bool AwaitsResolution(const records::Instance& record) {
+  return record.has_failover() && !record.failover().has_resolution();
+}
+
 std::map<std::uint64_t, Steady> LeasesOf(const InstanceEntry& instance) {
   std::map<std::uint64_t, Steady> leased_at;
   for (const WorkerEntry& worker : instance.workers) leased_at[worker.incarnation] = worker.leased_at;
@@ -37,7 +44,29 @@ std::map<std::uint64_t, Steady> LeasesOf(const InstanceEntry& instance) {
 }  // namespace
 
 void Failovers::Adopt(const InstanceEntry& instance, Now now) {
-  if (instance.record.has_failover()) watches_[instance.number].Begin(instance.record, LeasesOf(instance), now);
+  if (!instance.record.has_failover()) return;
+  watches_[instance.number].Begin(instance.record, LeasesOf(instance), now);
+  adopted_[instance.number] = instance.record.map().version();
+}
+
+void Failovers::Forget(std::uint64_t number) {
+  watches_.erase(number);
+  begun_at_.erase(number);
+  told_.erase(number);
+  adopted_.erase(number);
+}
+
+const Failovers::Told* Failovers::ToldIn(const InstanceEntry& instance) const {
+  const auto told = told_.find(instance.number);
+  if (told == told_.end() || !AwaitsResolution(instance.record)) return nullptr;
+  return told->second.version == instance.record.map().version() ? &told->second : nullptr;
+}
+
+// Some of the living may have been told a resolution that is not stored.
+bool Failovers::BegunByAnother(const InstanceEntry& instance) const {
+  const auto adopted = adopted_.find(instance.number);
+  return adopted != adopted_.end() && AwaitsResolution(instance.record) &&
+         adopted->second == instance.record.map().version();
 }
 
 FailoverStep Failovers::Next(const InstanceEntry& instance, const CutBetween& cut, Now now) {
@@ -46,7 +75,10 @@ FailoverStep Failovers::Next(const InstanceEntry& instance, const CutBetween& cu
     return Begin(instance, deaths, DescribeDeaths(state_, instance, deaths), cut, now);
   }
   if (!record.has_failover()) return {};
-  if (!record.failover().has_resolution()) return Resolve(instance, now);
+  if (BegunByAnother(instance)) {
+    return Begin(instance, {}, "another control plane began the failover, which begins anew", cut, now);
+  }
+  if (AwaitsResolution(record)) return Resolve(instance, now);
   if (!AllRunByMap(instance)) return {};
   return End(instance, now);
 }
@@ -113,13 +145,15 @@ FailoverStep Failovers::CarryOn(const InstanceEntry& instance, std::uint32_t reg
 
 FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const std::string& why,
                               const CutBetween& cut, Now now) {
-  const records::Instance& record = instance.record;
+  const Told* const told = ToldIn(instance);
+  records::Instance record = told == nullptr ? instance.record : WithResolution(instance.record, told->resolution);
   if (const std::vector<std::uint32_t> beyond = BeyondFailover(record, deaths); !beyond.empty()) {
     const bool has_standbys = record.map().regions_size() > 1;
     return {.given_up = has_standbys ? absl::StrCat(why, " (lost together with its standby: region ",
                                                     absl::StrJoin(beyond, ", "), ")")
                                      : why};
   }
+  if (BegunByAnother(instance)) record = MaybeResolved(record);
   auto begun = BeginFailover(record, deaths, cut, now);
   if (!begun.ok()) return {.given_up = std::string(begun.status().message())};
   AddEvent(*begun, now, why);
@@ -134,6 +168,11 @@ FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<D
 
 FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
   const records::Instance& record = instance.record;
+  if (const Told* told = ToldIn(instance)) {  // a slow store holds up whatever comes after it
+    records::Instance next = WithResolution(record, told->resolution);
+    if (!OrdersAreOut(instance) && now.steady - told->at < kOrdersPatience) return {.told = std::move(next)};
+    return {.next = std::move(next)};
+  }
   const FailoverWatch& watch = watches_[instance.number];
   if (const std::string waits_for = watch.WaitsFor(record, now); !waits_for.empty()) {
     if (now.steady - watch.since() < settings_.failover_timeout) return {};
@@ -142,7 +181,17 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
   }
   auto resolved = ResolveFailover(record, watch.inventories());
   if (!resolved.ok()) return {.given_up = std::string(resolved.status().message())};
-  return {.next = *std::move(resolved)};
+  told_[instance.number] = {record.map().version(), now.steady, *resolved};
+  return {.told = WithResolution(record, *resolved)};
+}
+
+// True if all hosts of the living that can be told have been.
+bool Failovers::OrdersAreOut(const InstanceEntry& instance) const {
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    const HostEntry* const host = HostAt(state_, instance, i);
+    if (host != nullptr && host->stream != 0 && host->desired_changed) return false;
+  }
+  return true;
 }
 
 // --- 4. Resume.
@@ -233,7 +282,7 @@ InstanceEntry* Failovers::NoteExit(const HostEntry& host, const v1::WorkerExited
 
 InstanceEntry* Failovers::NoteInventory(const HostEntry& host, const v1::InventoryReport& report, Now now) {
   const auto [instance, worker] = FindWorker(state_, host, report.identity());
-  if (instance == nullptr || worker->gone) return nullptr;
+  if (instance == nullptr || worker->gone || ToldIn(*instance) != nullptr) return nullptr;
   const auto added = watches_[instance->number].Add(instance->record, worker->region, report.inventory(), now);
   if (!added.ok()) {  // the worker's fault, not its agent's: others of that host live on
     state_.Log(absl::StrCat("inventory refused instance=", instance->record.id(), " region=", worker->region, ": ",

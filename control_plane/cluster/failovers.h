@@ -4,12 +4,14 @@
 //                     holds a copy of its region is heard. The map without it is stored.
 //   2. Inventory      The living stand still by that map and say what they own and hold copies of. Proof is awaited
 //                     that the dead stand still: an exit, or a lease that has run out.
-//   3. Resolve        Who promotes which bodies is stored.
+//   3. Resolve        The living are told who promotes which bodies, and then it is stored. A control plane that dies
+//                     before that leaves its successor a failover to begin anew: step 2, with another map.
 //   4. Resume         The living run by the new map, with the bodies of the dead.
 //   5. Replace        As fewer regions run than are wanted, PlannedChanges plans a new one.
 //
 // `Next` returns one step of 1 to 4 at a time, from the stored record and what is known. The caller stores the record
-// before anybody gets an order that follows from it. The records' steps themselves are failover.h's.
+// before anybody gets an order that follows from it, but for a resolution. The records' steps themselves are
+// failover.h's.
 //
 // Thread rule: as Cluster.
 #pragma once
@@ -29,6 +31,7 @@ namespace tessera::control {
 // At most one of these.
 struct FailoverStep {
   std::optional<records::Instance> next = std::nullopt;  // to be stored
+  std::optional<records::Instance> told = std::nullopt;  // orders follow it from now on; stored with the step after it
   bool dropped_plan = false;                             // `next` only gives up a planned map, as newcomers died
   std::string given_up = {};                             // why the world cannot go on from its workers; empty: it can
 };
@@ -39,10 +42,7 @@ class Failovers {
 
   // The instance was loaded, maybe amid a failover.
   void Adopt(const InstanceEntry& instance, Now now);
-  void Forget(std::uint64_t number) {
-    watches_.erase(number);
-    begun_at_.erase(number);
-  }
+  void Forget(std::uint64_t number);
 
   // The next step of a RUNNING instance; an empty one if there is none now. `cut` keeps standbys apart.
   FailoverStep Next(const InstanceEntry& instance, const CutBetween& cut, Now now);
@@ -65,6 +65,16 @@ class Failovers {
   InstanceEntry* NoteInventory(const HostEntry& host, const v1::InventoryReport& report, Now now);
 
  private:
+  // What the living of a failover have been told, by its map's version.
+  struct Told {
+    std::uint64_t version = 0;
+    Steady at{0};
+    region::Resolution resolution;
+  };
+
+  const Told* ToldIn(const InstanceEntry& instance) const;
+  bool OrdersAreOut(const InstanceEntry& instance) const;
+  bool BegunByAnother(const InstanceEntry& instance) const;
   std::vector<Death> Deaths(const InstanceEntry& instance, Now now) const;
   bool CarriedOnByAnother(const InstanceEntry& instance, std::size_t dead, Now now) const;
   bool Outlives(const InstanceEntry& instance, std::size_t standby, std::size_t other) const;
@@ -77,6 +87,8 @@ class Failovers {
   ControlSettings settings_;
   std::map<std::uint64_t, FailoverWatch> watches_;  // by instance number; empty while there was no failover
   std::map<std::uint64_t, Steady> begun_at_;        // likewise; none for one that an earlier life began
+  std::map<std::uint64_t, Told> told_;              // likewise
+  std::map<std::uint64_t, std::uint64_t> adopted_;  // versions of the maps of failovers that an earlier life began
 };
 
 }  // namespace tessera::control

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "control_plane/cluster/orders.h"
 #include "control_plane/standbys.h"
 #include "control_plane/testing/state_rig.h"
 
@@ -19,6 +20,11 @@ class FailoversTest : public ::testing::Test {
  protected:
   // Stores the step as Cluster does. False: there was none.
   bool Take(const FailoverStep& step) { return step.next && rig_.state->StoreInstance(instance_, *step.next).ok(); }
+  // Tells it as Cluster does. False: there was nothing to tell.
+  bool Tell(const FailoverStep& step) {
+    instance_.told = step.told;
+    return step.told.has_value();
+  }
   FailoverStep Next() { return failovers_.Next(instance_, kNoCuts, rig_.now); }
 
   // The region owns one body, and holds a copy of each dead primary of its with one body.
@@ -87,7 +93,11 @@ TEST_F(FailoversTest, AnExitIsWalkedFromTheMapWithoutItToTheWorldThatRunsAgain) 
     EXPECT_FALSE(Take(Next())) << "waits for inventories";
     SendInventory(region);
   }
-  ASSERT_TRUE(Take(Next()));  // resolved
+  ASSERT_TRUE(Tell(Next()));  // resolved
+  EXPECT_FALSE(instance_.record.failover().has_resolution());
+  EXPECT_EQ(MakeOrder(instance_, 0, {}).resolution().takeovers_size(), 1) << "nobody waits for the store";
+  ASSERT_TRUE(Take(Next()));
+  EXPECT_FALSE(instance_.told) << "the record has it";
   ASSERT_EQ(instance_.record.failover().resolution().takeovers_size(), 1);
   EXPECT_EQ(instance_.record.failover().resolution().takeovers(0).region(), standby);
   EXPECT_EQ(instance_.record.failover().resolution().takeovers(0).body(), 3000U);
@@ -136,6 +146,7 @@ TEST_F(FailoversTest, WhoIsSilentIsWaitedForUntilTheLeaseHasRunOut) {
   for (const std::uint32_t region : {1, 2}) SendInventory(region);
   EXPECT_FALSE(Take(Next())) << "the standbys have just renewed";
   rig_.now.steady += kLeaseTtl + kLeaseDrift;
+  ASSERT_TRUE(Tell(Next()));
   ASSERT_TRUE(Take(Next()));
   EXPECT_TRUE(instance_.record.failover().has_resolution());
 }
@@ -158,12 +169,47 @@ TEST_F(FailoversTest, AFailoverThatNobodyAnswersIsGivenUpInTheEnd) {
   EXPECT_THAT(Next().given_up, HasSubstr("timed out waiting for the inventories of regions 1, 2, 4"));
 }
 
-TEST_F(FailoversTest, AnotherLifeGoesOnFromTheStoredRecord) {
+TEST_F(FailoversTest, WhatTheLivingWereToldIsStoredOnceTheirAgentsHaveIt) {
+  rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, 3), "killed");
+  ASSERT_TRUE(Take(Next()));
+  for (const std::uint32_t region : {1, 2, 4}) SendInventory(region);
+  ASSERT_TRUE(Tell(Next()));
+  alpha_.stream = 1;
+  alpha_.desired_changed = true;
+  EXPECT_FALSE(Next().next) << "a slow write would hold up its orders";
+  rig_.Pass(milliseconds(500));
+  EXPECT_TRUE(Next().next) << "one that takes none holds up nothing";
+  alpha_.desired_changed = false;
+  EXPECT_TRUE(Next().next);
+}
+
+TEST_F(FailoversTest, ADeathAfterItWasToldBeginsAnewFromWhatWasTold) {
+  rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, 3), "killed");
+  ASSERT_TRUE(Take(Next()));
+  for (const std::uint32_t region : {1, 2, 4}) SendInventory(region);
+  ASSERT_TRUE(Tell(Next()));
+  const std::uint32_t heir = instance_.record.failover().dead(0).standby();
+  rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, heir), "killed");
+  ASSERT_TRUE(Next().next);  // and cannot be stored
+  ASSERT_TRUE(Take(Next())) << "its bodies may have been its heir's, whose standby is asked";
+  EXPECT_EQ(instance_.record.map().version(), 3U);
+  EXPECT_TRUE(instance_.record.failover().dead(0).resolved());
+  EXPECT_FALSE(instance_.record.failover().dead(1).resolved());
+  EXPECT_FALSE(instance_.told);
+}
+
+// It cannot know whether the one before told anybody a resolution.
+TEST_F(FailoversTest, AnotherLifeBeginsAnewWhatIsNotResolved) {
   rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, 3), "killed");
   ASSERT_TRUE(Take(Next()));
   Failovers another(*rig_.state, rig_.settings);
   another.Adopt(instance_, rig_.now);
-  EXPECT_FALSE(another.Next(instance_, kNoCuts, rig_.now).next);
+  ASSERT_TRUE(another.Next(instance_, kNoCuts, rig_.now).next);  // and cannot be stored
+  ASSERT_TRUE(Take(another.Next(instance_, kNoCuts, rig_.now)));
+  EXPECT_EQ(instance_.record.map().version(), 3U);
+  EXPECT_TRUE(instance_.record.failover().dead(0).resolved());
+  EXPECT_THAT(instance_.record.events().rbegin()->text(), HasSubstr("begins anew"));
+  EXPECT_FALSE(another.Next(instance_, kNoCuts, rig_.now).next) << "once";
   rig_.Pass(rig_.settings.failover_timeout);
   EXPECT_THAT(another.Next(instance_, kNoCuts, rig_.now).given_up, HasSubstr("the inventories of regions 1, 2, 4"));
 }

@@ -53,7 +53,7 @@ void SetInitialState(const records::Instance& record, const records::Placement& 
 }  // namespace
 
 v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, const Requests& requests) {
-  const records::Instance& record = instance.record;
+  const records::Instance& record = instance.told ? *instance.told : instance.record;
   const records::Placement& placement = record.placements(static_cast<int>(index));
   v1::WorkerOrder order;
   order.set_instance_id(record.id());

@@ -16,8 +16,8 @@ struct Requests {
   std::uint64_t published_up_to = 0;
 };
 
-// The order for the worker at `index`, without its revision. It holds nothing that is not stored, but for `requests`
-// and the addresses of the other workers.
+// The order for the worker at `index`, without its revision. It holds nothing that is not stored, but for `requests`,
+// the addresses of the other workers, and a failover's resolution that is being stored.
 v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, const Requests& requests);
 
 }  // namespace tessera::control

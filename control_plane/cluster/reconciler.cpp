@@ -53,6 +53,10 @@ std::optional<records::Instance> Reconciler::NextFailoverOrChange(Now now, Insta
   if (step.dropped_plan || !step.given_up.empty()) parts_.changes.RetryLater(instance.number, now);
   if (!step.given_up.empty()) return parts_.checkpoints.GiveUp(instance, step.given_up, now);
   if (step.next) return std::move(step.next);
+  if (step.told) {  // a later call stores it: the world need not stand for that
+    if (!instance.told) state_.MarkOrders(instance);
+    instance.told = std::move(step.told);
+  }
   if (instance.record.has_failover()) return std::nullopt;
   if (const auto region = parts_.changes.HeldUpBy(instance, now)) {
     step = parts_.failovers.CarryOn(instance, *region, parts_.changes.CutsOf(instance), now);

@@ -117,6 +117,10 @@ void DeploymentRunner::Begin(const DeploymentFault& fault) {
       return AtEnd(fault, start_control);
     case DeploymentFaultKind::kControlDiesStored:
       control.on_died = [this, start_control, lasts = fault.lasts] { deployment_.timeline().In(lasts, start_control); };
+      // The eighths say at which write, and the halves of each whether it is still written.
+      if (static_cast<int>(fault.strength * 16) % 2 != 0) {
+        return control.DieBeforeStore(1 + static_cast<int>(fault.strength * 8));
+      }
       return control.DieAfterStores(1 + static_cast<int>(fault.strength * 8));
     case DeploymentFaultKind::kControlStandsStill:
       deployment_.network().SetStalled(kControlNode, true);

@@ -19,7 +19,7 @@ namespace tessera::simulation {
 enum class DeploymentFaultKind : std::uint8_t {
   kAgentDies,          // and comes back
   kControlDies,        // and comes back
-  kControlDiesStored,  // right after something that it stores, before anybody is told
+  kControlDiesStored,  // right after something that it stores, before anybody is told; or right before
   kControlStandsStill,
   kWeather,  // everywhere
   kPlayer,   // comes, or leaves

@@ -100,12 +100,17 @@ TEST_F(DeploymentTest, ADeathWhileThereIsNoControlPlaneIsDealtWithByTheNext) {
   run.ExpectWhole();
 }
 
-// At each thing that is stored for a failover and for the new worker thereafter: stored, and nobody told.
-TEST_F(DeploymentTest, KilledBetweenStoringAndSendingTheControlPlaneGoesOnWhereItWas) {
+// At each thing that is stored for a failover and for the new worker thereafter: stored, and nobody told; or else it
+// dies before that, when the living may have been told already who carries on what.
+void DieAtEachWrite(bool written) {
   int died = 0;
-  for (int writes = 1; writes <= 10; ++writes) {
+  for (int write = 1; write <= 10; ++write) {
     Deployed run;
-    run.deployment.control().DieAfterStores(writes);
+    if (written) {
+      run.deployment.control().DieAfterStores(write);
+    } else {
+      run.deployment.control().DieBeforeStore(write);
+    }
     run.deployment.Kill(RegionId(2));
     run.deployment.RunUntil(Milliseconds(6000), [&] { return !run.deployment.control().alive(); });
     if (!run.deployment.control().alive()) {
@@ -114,9 +119,34 @@ TEST_F(DeploymentTest, KilledBetweenStoringAndSendingTheControlPlaneGoesOnWhereI
       run.deployment.control().Start();
     }
     run.ExpectWhole();
-    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << writes;
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << write;
   }
   EXPECT_GE(died, 7);
+}
+
+TEST_F(DeploymentTest, KilledBetweenStoringAndSendingTheControlPlaneGoesOnWhereItWas) { DieAtEachWrite(true); }
+
+TEST_F(DeploymentTest, KilledBeforeAWriteTheControlPlaneGoesOnWhereItWas) { DieAtEachWrite(false); }
+
+// Two living ones may go by one resolution, which nobody has stored, when their heir dies and another begins anew.
+TEST_F(DeploymentTest, WhoWasToldAResolutionThatIsNotStoredMayDieToo) {
+  int told = 0;
+  for (Micros after = 0; after < Milliseconds(200); after += Milliseconds(5)) {
+    Deployed run({.seed = after + 1, .regions = 4});
+    const RegionId heir = run.deployment.Find(RegionId(2))->order().standby;
+    run.deployment.control().DieBeforeStore(2);
+    run.deployment.Kill(RegionId(2));
+    if (!run.deployment.RunUntil(Milliseconds(6000), [&] { return !run.deployment.control().alive(); })) continue;
+    ++told;
+    run.deployment.RunFor(after);
+    run.deployment.control().Start();
+    run.deployment.RunFor(Milliseconds(300));
+    run.deployment.Kill(heir);
+    run.ExpectWhole();
+    EXPECT_EQ(run.deployment.totals().takeovers, 2U) << after;
+    if (HasFailure()) FAIL() << after << run.deployment.Standing();
+  }
+  EXPECT_GE(told, 30);
 }
 
 // Told, and it hears of nothing that comes of it.

@@ -29,7 +29,7 @@ constexpr Node kControlNode = 4095;
 constexpr Node AgentNode(std::uint32_t host) { return host * 4096 + 4094; }
 constexpr std::uint32_t kControlPlace = 1'000'000;
 
-// A store whose process may die right after a write, and whose disk may be full.
+// A store whose process may die right after a write or right before one, and whose disk may be full.
 class FragileStore final : public control::Store {
  public:
   absl::StatusOr<control::StoreEntry> Get(std::string_view key) const override { return kept_.Get(key); }
@@ -42,11 +42,19 @@ class FragileStore final : public control::Store {
     ++tried_;
     if (full_) return absl::UnavailableError("the disk is full");
     if (writes_left_ > 0) dead_ = --writes_left_ == 0;
+    if (dead_ && last_is_lost_) return absl::UnavailableError("dead");
     return kept_.Txn(ops);
   }
   control::Revision revision() const override { return kept_.revision(); }
 
-  void DieAfter(int writes) { writes_left_ = writes; }
+  void DieAfter(int writes) {
+    writes_left_ = writes;
+    last_is_lost_ = false;
+  }
+  void DieBefore(int write) {
+    writes_left_ = write;
+    last_is_lost_ = true;
+  }
   bool dead() const { return dead_; }
   void SetFull(bool full) { full_ = full; }
   // Writes that were tried since this was last asked.
@@ -59,7 +67,7 @@ class FragileStore final : public control::Store {
  private:
   control::MemoryStore kept_;
   int writes_left_ = 0;  // 0: it does not die
-  bool dead_ = false, full_ = false;
+  bool last_is_lost_ = false, dead_ = false, full_ = false;
   Micros tried_ = 0;
 };
 
@@ -71,6 +79,7 @@ class SimulatedControl {
   void Kill();
   bool alive() const { return cluster_ != nullptr; }
   void DieAfterStores(int writes) { store_.DieAfter(writes); }
+  void DieBeforeStore(int write) { store_.DieBefore(write); }  // 1: the next one
   void SetStoreFull(bool full) { store_.SetFull(full); }
   void SetWriteTime(Micros each) { write_time_ = each; }
   void MoveClock(std::chrono::microseconds by) { clock_moved_ += by; }
@@ -80,7 +89,7 @@ class SimulatedControl {
   std::string Backup() const;
   // Its machine is lost with the store, and another begins from the backup.
   void BeginFrom(const std::string& backup);
-  // It died of DieAfterStores.
+  // It died of DieAfterStores or DieBeforeStore.
   std::function<void()> on_died;
 
   // `action(Cluster&, Now)`; what it sets off goes out, unless it dies of it. Requires alive().
