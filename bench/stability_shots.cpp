@@ -127,6 +127,35 @@ absl::Status HeadOns(StabilityStage& stage) {
   return absl::OkStatus();
 }
 
+// Pushed on by another, it meets the wall again and again; each blow may keep its energy, and none adds to it.
+absl::Status Driven(StabilityStage& stage) {
+  constexpr double kSpeed = 10;
+  const auto energy_in = [](const scenes::Shot& shot, auto speed_of) {
+    double sum = 0;
+    for (const BodyDef& body : shot.scene.bodies) {
+      if (body.motion != Motion::kStatic) sum += body.mass_kg * LengthSquared(speed_of(body)) / 2;
+    }
+    return sum;
+  };
+  for (const double driver : {1.0, 5.0, 40.0, 400.0}) {
+    const std::string config = fmt::format("speed={:g} driver={:g}", kSpeed, driver);
+    double worst = 0;
+    const absl::Status status = Shoot(
+        stage, "driven", config, stage.Repeats(200, 20), 2,
+        [&](double offset) { return scenes::DrivenAtWall(kSpeed, driver, offset); },
+        [&](const Run& run, const scenes::Shot& shot) {
+          const double before =
+              energy_in(shot, [](const BodyDef& body) { return Vec3d(body.initial.linear_velocity); });
+          const double after =
+              energy_in(shot, [&](const BodyDef& body) { return Vec3d(run.StateOf(body.id).linear_velocity); });
+          worst = std::isfinite(after) ? std::max(worst, after / before) : std::numeric_limits<double>::infinity();
+        });
+    if (!status.ok()) return status;
+    stage.Note("driven", config, "energy_kept", worst);
+  }
+  return absl::OkStatus();
+}
+
 absl::Status NearMisses(StabilityStage& stage) {
   for (const double speed : {50.0, 500.0}) {
     const std::string config = fmt::format("speed={:g}", speed);
@@ -178,7 +207,7 @@ absl::Status Triggers(StabilityStage& stage) {
 std::vector<Check> ShotChecks() {
   return {{"ccd_ball", Escapes, true},     {"ccd_rod", RodEscapes, true},  {"ccd_guarded", Guarded, true},
           {"ccd_rebound", Rebounds, true}, {"ccd_head_on", HeadOns, true}, {"ccd_miss", NearMisses, true},
-          {"ccd_trigger", Triggers}};
+          {"driven", Driven, true},        {"ccd_trigger", Triggers}};
 }
 
 }  // namespace tessera::bench

@@ -73,6 +73,19 @@ Shot HeadOn(double speed_m_s, double offset) {
   return shot;
 }
 
+Shot DrivenAtWall(double speed_m_s, double driver, double offset) {
+  constexpr double kGap = 0.001;
+  Shot shot{.scene = {}, .bullet = {}, .wall_face_m = -0.1};
+  Builder make("driven at a wall");
+  make.Gravity(0);
+  make.Static(BoxOf(0.1, 10, 10), {}, {.friction = 0, .restitution = 1});
+  const double start = shot.wall_face_m - kBulletRadius - StartOf(speed_m_s, offset);
+  shot.bullet = AddBullet(make, {start, 0.3, 0.2}, speed_m_s, 0).id;
+  AddBullet(make, {start - 2 * kBulletRadius - kGap, 0.3, 0.2}, speed_m_s, 0).mass_kg *= driver;
+  shot.scene = make.Take();
+  return shot;
+}
+
 Shot NearMiss(double speed_m_s, double offset) {
   Shot shot{.scene = {}, .bullet = {}, .wall_face_m = -0.1};
   Builder make("near miss");

@@ -33,6 +33,7 @@ void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodi
       listed_.assign(bodies, false);
       shifts_.assign(bodies + worlds, {});
       setbacks_.assign(bodies + worlds, {});
+      pushes_.assign(bodies + worlds, {});
     }
     for (const std::uint32_t body : {contact.a, contact.b}) {
       if (body == kStatic || listed_[body]) continue;
@@ -43,15 +44,17 @@ void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodi
 }
 
 // A drift by the velocity after the kick runs ahead of the parabola by half a kick. A body that nothing but its
-// acceleration acts on is shifted back onto the parabola.
-bool Impacts::Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
-                    float h) {
+// acceleration acts on is shifted back onto the parabola. Any other is pushed.
+bool Impacts::FindPaths(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before,
+                        const SolvedKick* kicks, float h) {
   bool any = false;
   for (const std::uint32_t i : bodies_) {
     const Vec3f kick = Get(kicks[i].velocity);
     const Vec3f others = (Get(states[i].velocity) - Get(before[i].velocity)) - kick;
     const bool flies = LengthSquared(others) <= kFlies * LengthSquared(kick);
     shifts_[i] = flies ? kick * (-0.5f * h * masses[i].inverse_root_mass) : Vec3f();
+    const Vec3f spun = (Get(states[i].spin) - Get(before[i].spin)) - Get(kicks[i].spin);
+    pushes_[i] = flies ? Pushed() : Pushed{others, spun};
     Add(states[i].moved, shifts_[i]);
     any |= shifts_[i] != Vec3f();
   }
@@ -151,8 +154,8 @@ void Impacts::Forget() {
 
 bool Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
                      SolvedMemory* before, const SolvedKick* kicks, float h) {
-  const bool shifted = Shift(states, masses, before, kicks, h);
-  const StruckBodies bodies{states, masses, before, shifts_.data(), setbacks_.data(), h};
+  const bool shifted = FindPaths(states, masses, before, kicks, h);
+  const StruckBodies bodies{states, masses, before, shifts_.data(), setbacks_.data(), pushes_.data(), h};
   ForeseeAll(kernels, blocks, bodies);
   const bool strikes = !events_.empty();
   StrikeAll(blocks, bodies);

@@ -47,8 +47,8 @@ class Impacts {
     }
   };
 
-  bool Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
-             float h);
+  bool FindPaths(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
+                 float h);
   void Connect(const ContactBlocks& blocks);
   void ForeseeAll(const Kernels& kernels, ContactBlocks& blocks, const StruckBodies& bodies);
   void Foresee(ContactBlocks& blocks, const StruckBodies& bodies, std::uint32_t contact, float from);
@@ -61,6 +61,7 @@ class Impacts {
   std::vector<bool> listed_;           // by body
   std::vector<Vec3f> shifts_;          // by body, m, and of those that stand for the world
   std::vector<Setback> setbacks_;      // likewise
+  std::vector<Pushed> pushes_;         // likewise
 
   bool connected_ = false;              // the following are filled, for the contacts at hand
   std::vector<Blow> blows_;             // by contact

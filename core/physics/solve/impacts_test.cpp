@@ -194,5 +194,47 @@ TEST(ImpactTest, CompanyChangesNoBit) {
   }
 }
 
+// --- Between what bounces and what pushes
+
+// A ball that another one drives against a floor that gives its speed back: every push of the one meets a blow of the
+// other in the next substep. No push may come back as a blow.
+double EnergyAfterADriveAgainstTheFloor(float mass, float speed, float floor, float driven, float off_centre,
+                                        int substeps) {
+  BouncingScene scene;
+  const std::uint32_t small = scene.Ball(0.6f, {0, speed, 0}), large = scene.Ball(mass, {0, speed, 0});
+  scene.Touch(kStatic, small, floor, 0.0005f, {off_centre, -.1f, 0});
+  scene.Touch(small, large, driven, -0.008f, {-off_centre, -.1f, 0});
+  const auto energy = [&] {
+    double sum = 0;
+    for (const SolverBody& body : scene.bodies) {
+      const Vec3f turns = body.angular_velocity, inertia = body.inertia_kg_m2;
+      sum += body.mass_kg * (LengthSquared(Vec3d(body.velocity)) / 2 + kFall_m_s2 * body.moved_m.y) +
+             (inertia.x * turns.x * turns.x + inertia.y * turns.y * turns.y + inertia.z * turns.z * turns.z) / 2;
+    }
+    return sum;
+  };
+  const double before = energy();
+  scene.Solve(substeps);
+  return energy() / before;
+}
+
+TEST(ImpactsTest, ABallBetweenAFloorThatBouncesAndOneThatPushesGainsNoEnergy) {
+  for (const float mass : {0.5f, 3.0f, 40.0f, 400.0f}) {
+    for (const float speed : {-1.0f, -6.0f, -20.0f}) {
+      for (const float floor : {0.0f, 0.3f, 1.0f}) {
+        for (const float driven : {0.0f, 0.5f, 1.0f}) {
+          for (const float off_centre : {0.0f, 0.03f}) {
+            for (const int substeps : {1, 2, 4, 8, 16, 64}) {
+              EXPECT_LE(EnergyAfterADriveAgainstTheFloor(mass, speed, floor, driven, off_centre, substeps), 1.01)
+                  << mass << " kg at " << speed << " m/s, " << floor << ", " << driven << ", " << off_centre << " m, "
+                  << substeps << " substeps";
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera::physics

@@ -6,6 +6,10 @@
 // time of the substep, so blows are exact in whatever number and order they come: an elastic one changes no energy, and
 // none changes the motion of the common centre of mass.
 //
+// A substep begins with the impulses that contacts gave in the one before, for a load presses on. A blow is no load: a
+// body that was just stopped by another would begin with that push once more, and what bounces would give it back. So a
+// point comes no faster than its bodies do without the pushes that they begin with.
+//
 // Thread rule: one thread at a time.
 #pragma once
 
@@ -48,6 +52,11 @@ struct Setback {
   Vec3f turned;  // rad, mass-normalised as spins are
 };
 
+// Change of a body's velocity and spin by the impulses that a substep begins with, mass-normalised.
+struct Pushed {
+  Vec3f velocity, spin;
+};
+
 // Bodies of a substep that strikes read and change.
 struct StruckBodies {
   SolvedState* states;
@@ -55,6 +64,7 @@ struct StruckBodies {
   SolvedMemory* before;  // velocities before the kick, which gain what strikes add, so that the next kick does not
   const Vec3f* shifts;   // how far each was put so that its drift ends on its parabola, m: minus half a t^2
   Setback* setbacks;
+  const Pushed* pushes;  // nothing for those that fly
   float h;
 };
 
@@ -72,6 +82,8 @@ class Striking {
         b_(bodies.states[index_b_]),
         normal_(LaneOf(block.head.normal)),
         shift_(bodies.shifts[index_b_] - bodies.shifts[index_a_]),
+        pushed_a_(bodies.pushes[index_a_]),
+        pushed_b_(bodies.pushes[index_b_]),
         inverse_root_mass_a_(block.head.inverse_root_mass_a.f[lane]),
         inverse_root_mass_b_(block.head.inverse_root_mass_b.f[lane]) {}
 
@@ -121,8 +133,12 @@ class Striking {
   Vec3f Relative() const { return Get(b_.velocity) * inverse_root_mass_b_ - Get(a_.velocity) * inverse_root_mass_a_; }
 
   float Velocity(const PointLanes& point) const {
-    return Dot(normal_, Relative()) +
-           (Dot(LaneOf(point.angular_b), Get(b_.spin)) - Dot(LaneOf(point.angular_a), Get(a_.spin)));
+    const float velocity = Dot(normal_, Relative()) +
+                           (Dot(LaneOf(point.angular_b), Get(b_.spin)) - Dot(LaneOf(point.angular_a), Get(a_.spin)));
+    const float pushed =
+        Dot(normal_, pushed_b_.velocity * inverse_root_mass_b_ - pushed_a_.velocity * inverse_root_mass_a_) +
+        (Dot(LaneOf(point.angular_b), pushed_b_.spin) - Dot(LaneOf(point.angular_a), pushed_a_.spin));
+    return pushed < 0 ? velocity - pushed : velocity;
   }
 
   PointPath PathOf(const PointLanes& point) const {
@@ -190,6 +206,7 @@ class Striking {
   const std::size_t index_a_, index_b_;
   SolvedState &a_, &b_;
   const Vec3f normal_, shift_;
+  const Pushed &pushed_a_, &pushed_b_;
   const float inverse_root_mass_a_, inverse_root_mass_b_;
 };
 
