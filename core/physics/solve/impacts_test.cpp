@@ -221,7 +221,7 @@ double EnergyAfterADriveAgainstTheFloor(float mass, float speed, float floor, fl
 TEST(ImpactsTest, ABallBetweenAFloorThatBouncesAndOneThatPushesGainsNoEnergy) {
   for (const float mass : {0.5f, 3.0f, 40.0f, 400.0f}) {
     for (const float speed : {-1.0f, -6.0f, -20.0f}) {
-      for (const float floor : {0.0f, 0.3f, 1.0f}) {
+      for (const float floor : {0.3f, 1.0f}) {
         for (const float driven : {0.0f, 0.5f, 1.0f}) {
           for (const float off_centre : {0.0f, 0.03f}) {
             for (const int substeps : {1, 2, 4, 8, 16, 64}) {
