@@ -43,8 +43,8 @@ std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const
 absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record, const std::vector<Death>& deaths,
                                                 const CutBetween& cut, Now now);
 
-// Who promotes which bodies. DATA_LOSS names the regions that nobody has a copy of; a newcomer that died before its
-// standby had one does not count, unless a body is missing.
+// Decides who promotes which bodies. DATA_LOSS names the regions that nobody has a copy of; a newcomer that died before
+// its standby had one does not count, unless a body is missing.
 absl::StatusOr<region::Resolution> ResolveFailover(const records::Instance& record, const Inventories& living);
 
 // Sets what ResolveFailover gave for the failover of `record`.

@@ -125,7 +125,7 @@ struct InstanceEntry {
 
   // Written by Reconciler.
   std::optional<records::Instance> told;  // the record that orders follow before it is stored: a failover's resolution
-  std::string unstored;  // why its last step is not in the store; empty: it is
+  std::string unstored;                   // why its last step is not in the store; empty: it is
 
   std::string trouble;  // why its last step could not be taken; logged once
 };

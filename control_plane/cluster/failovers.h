@@ -65,7 +65,7 @@ class Failovers {
   InstanceEntry* NoteInventory(const HostEntry& host, const v1::InventoryReport& report, Now now);
 
  private:
-  // What the living of a failover have been told, by its map's version.
+  // A resolution that the living of a failover have been told, by its map's version.
   struct Told {
     std::uint64_t version = 0;
     Steady at{0};

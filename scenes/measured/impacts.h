@@ -23,8 +23,8 @@ Shot ShotAtGuardedBoxes(double offset);
 Shot SpinningRodAtWall(double speed_m_s, double offset);
 // Two such bullets head on; restitution 1. The second is `bullet` + 1.
 Shot HeadOn(double speed_m_s, double offset);
-// A bullet without restitution at a wall that gives all speed back, with another, `driver` times as heavy, close behind:
-// `bullet` + 1. Nothing may gain energy.
+// A bullet without restitution at a wall that gives all speed back, with another, `driver` times as heavy, close
+// behind: `bullet` + 1. Nothing may gain energy.
 Shot DrivenAtWall(double speed_m_s, double driver, double offset);
 // Past the edge of a wall at 1 cm.
 Shot NearMiss(double speed_m_s, double offset);
