@@ -152,9 +152,13 @@ float Ease(const SolvedMass& mass) {
   return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + 2 * (q[3] * q[3] + q[4] * q[4] + q[5] * q[5]);
 }
 
-void Turn(SolvedState& state, const SolvedMass& mass, Vec3f by) {
+Vec3f SpinBy(const SolvedMass& mass, Vec3f turn) {
   const float* q = mass.root_inertia;
-  const Vec3f spin = SymMat3f{q[0], q[1], q[2], q[3], q[4], q[5]} * by;
+  return SymMat3f{q[0], q[1], q[2], q[3], q[4], q[5]} * turn;
+}
+
+void Turn(SolvedState& state, const SolvedMass& mass, Vec3f by) {
+  const Vec3f spin = SpinBy(mass, by);
   state.spin[0] += spin.x;
   state.spin[1] += spin.y;
   state.spin[2] += spin.z;
@@ -173,9 +177,16 @@ bool TurnsNeither(const ContactConstraint& contact) {
          LengthSquared(Cross(point.r_b, manifold.normal)) <= kBeside2 * LengthSquared(point.r_b);
 }
 
+// Whether a turn gives a body at rest more than kMostTurned times the energy that an impulse gives it.
+bool TurnsTooFast(Vec3f turn, Vec3f impulse, const SolvedMass& mass) {
+  return LengthSquared(SpinBy(mass, turn)) >
+         kMostTurned * mass.inverse_root_mass * mass.inverse_root_mass * LengthSquared(impulse);
+}
+
 // Takes back the angular momentum that impulses made because they acted apart from their counterparts. A round surface
 // is touched under its middle wherever it goes: then the contact has moved over the other body, which has to bear the
-// correction. Of two alike surfaces, the body that is harder to turn bears more.
+// correction. Of two alike surfaces, the body that is harder to turn bears more; so it is, too, where the contact has
+// moved so far over the other body that this would be turned too fast.
 template <class Block>
 void MakeGood(const ContactConstraint& contact, const Block& block, int lane, bool bounces,
               std::span<const SolvedMass> masses) {
@@ -190,8 +201,10 @@ void MakeGood(const ContactConstraint& contact, const Block& block, int lane, bo
     return;
   }
   const bool round_a = manifold.round_a_m > 0, round_b = manifold.round_b_m > 0;
-  const float ease_a = Ease(masses[contact.a]), ease_b = Ease(masses[contact.b]);
-  const float share_a = round_a == round_b ? ease_b / (ease_a + ease_b) : round_a ? 0.0f : 1.0f;
+  const SolvedMass &mass_a = masses[contact.a], &mass_b = masses[contact.b];
+  const float ease_a = Ease(mass_a), ease_b = Ease(mass_b), alike = ease_b / (ease_a + ease_b);
+  const bool other_bears = round_a != round_b && !TurnsTooFast(lacks, impulse, round_a ? mass_b : mass_a);
+  const float share_a = !other_bears ? alike : round_a ? 0.0f : 1.0f;
   manifold.turn_on_a = lacks * share_a;
   manifold.turn_on_b = lacks - manifold.turn_on_a;
 }

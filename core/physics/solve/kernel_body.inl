@@ -207,7 +207,8 @@ struct ContactLoops {
     const F half = Wide(0.5f);
     return Cross(n, turned) + turned * (half * Dot(n, turned)) - n * (half * Dot(turned, turned));
   }
-  // Updates separations by how the bodies have moved and turned. Returns how far b has moved against a.
+  // Updates separations by how the bodies have moved and turned. Returns how far b has moved against a. A body that has
+  // turned far shows another side by then, so its turning opens no gap.
   static TESSERA_INLINE V Measure(Block& block, SolvedBodies bodies) {
     const Motion a = GatherMoved(bodies.states, block.head.a), b = GatherMoved(bodies.states, block.head.b);
     const V n = Load(block.head.normal);
@@ -219,6 +220,15 @@ struct ContactLoops {
     const V turn = turn_b - turn_a;
     for (PointLanes& point : block.points) {
       Store(point.separation, Load(point.start_separation) + (shared + Dot(turn, Load(point.r_a))));
+    }
+    const F most = Max(Dot(a.w, a.w), Dot(b.w, b.w));
+    const F about = Positive(most - Wide(kOtherSide_rad * kOtherSide_rad));
+    if (Bits(about) != 0) {
+      const F moved = Dot(n, apart);
+      for (PointLanes& point : block.points) {
+        const F separation = Load(point.separation), unturned = Load(point.start_separation) + moved;
+        Store(point.separation, Select(about, Min(separation, unturned), separation));
+      }
     }
     return apart;
   }

@@ -53,6 +53,16 @@ inline constexpr float kUnmoved_m_s = 0.001f;
 // Points that lie this much deeper than the others, m, carry a new contact alone until impulses show which points do.
 inline constexpr float kTouching_m = 0.002f;
 
+// A body that has turned by more than this in a step, rad, touches with another side by then. Without a limit the point
+// that touched at the start is found to be far away, and contacts of what spins at hundreds of rad/s stop nothing;
+// lower, and what tips over an edge is held back.
+inline constexpr float kOtherSide_rad = 1.5f;
+
+// A contact of something round that flies past a body gives this at most so many times the energy of its impulse as
+// turning; beyond, the body that is harder to turn bears what is to be made good. Without a limit a crate of 100 g that
+// a heavy ball hits at 200 m/s is turned at 10 000 rad/s; lower, and what rolls fast is no longer turned as it should.
+inline constexpr float kMostTurned = 4;
+
 // Bodies that have moved by less than this against each other since the start of a step, m, are taken to touch where
 // they did then. Smaller, and resting piles tremble by millimetres a second, because the correction of their lever arms
 // comes a step late; larger, and impacts lose angular momentum: this times their impulse.
