@@ -124,7 +124,8 @@ struct InstanceEntry {
   bool over_checkpoint_quota = false;  // its last one was too large, and was not made
 
   // Written by Reconciler.
-  std::optional<records::Instance> told;  // the record that orders follow before it is stored: a failover's resolution
+  std::optional<records::Instance> told;  // the record that orders follow before it is stored: a failover's resolution.
+                                          // None once any record was stored
   std::string unstored;                   // why its last step is not in the store; empty: it is
 
   std::string trouble;  // why its last step could not be taken; logged once
