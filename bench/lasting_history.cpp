@@ -88,6 +88,8 @@ std::vector<std::string> TwoWriters(const std::vector<WriteRecord>& writes) {
 std::vector<std::string> TwoOwners(const std::vector<StepRecord>& steps) {
   std::map<std::uint64_t, Beginning> begun;  // by map: the first who was seen to step by it
   for (const StepRecord& step : steps) {
+    // A newcomer has the map of a planned change long before the tick from which it holds, and stands until then.
+    if (step.steps == 0) continue;
     const auto [at, first] = begun.try_emplace(step.map, Beginning{step.at, step.tick, step.worker});
     if (!first && step.at < at->second.at) at->second = {step.at, step.tick, step.worker};
   }

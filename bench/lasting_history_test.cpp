@@ -61,6 +61,15 @@ TEST(LastingHistoryTest, WhoStandsStillByAnOldMapDoesNot) {
               IsEmpty());
 }
 
+TEST(LastingHistoryTest, WhoWaitsForTheTickOfALaterMapOwnsNothingYet) {
+  std::vector<StepRecord> steps{Reading("new", 2, 1.0, 0, 5),   Reading("old", 1, 1.1, 106, 4),
+                                Reading("old", 1, 1.2, 112, 4), Reading("old", 1, 1.3, 118, 4),
+                                Reading("old", 1, 1.4, 124, 5), Reading("new", 2, 1.4, 124, 5)};
+  EXPECT_THAT(TwoOwners(steps), IsEmpty());
+  steps.front() = Reading("new", 2, 1.0, 100, 5);
+  EXPECT_THAT(TwoOwners(steps), ElementsAre(HasSubstr("old stepped to tick 112 by map 4")));
+}
+
 TEST(LastingHistoryTest, AChangeOfMapsAtOneTickIsNoViolation) {
   EXPECT_THAT(TwoOwners({Reading("a", 1, 0.00, 100, 4), Reading("b", 2, 0.01, 101, 5), Reading("a", 1, 0.05, 102, 5),
                          Reading("a", 1, 0.10, 106, 5)}),
