@@ -97,7 +97,7 @@ class ControlPlane {
   // Takes a region's file, whole. Errors are those of UploadCheckpoint.
   absl::Status TakeUpload(const v1::UploadCheckpointRequest& request, const std::string& bytes);
   absl::StatusOr<std::string> StateFile(const v1::FetchStateRequest& request);
-  // Waits until the checkpoint is on the disk.
+  // Waits until the checkpoint is on the disk. A change of who runs what is waited for, too, for kCheckpointTimeout.
   absl::StatusOr<v1::Checkpoint> CheckpointInstance(const v1::CheckpointInstanceRequest& request,
                                                     const std::function<bool()>& given_up);
   absl::StatusOr<v1::RestoreInstanceResponse> RestoreInstance(const v1::RestoreInstanceRequest& request);
@@ -177,6 +177,9 @@ class ControlPlane {
   absl::Status CompleteCheckpoint(const std::string& id, records::Manifest manifest);
   absl::StatusOr<records::Manifest> FindWhole(const std::string& id, std::uint64_t tick,
                                               std::vector<std::string>& damaged);
+  // ABORTED: another one can be begun.
+  absl::StatusOr<v1::Checkpoint> AwaitCheckpoint(Lock& lock, Watch& watch, std::uint64_t tick,
+                                                 const std::function<bool()>& given_up);
   absl::Status WaitFor(Lock& lock, Watch& watch, std::chrono::steady_clock::time_point until,
                        const std::function<bool()>& given_up);
   absl::Status WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,

@@ -75,20 +75,30 @@ absl::StatusOr<v1::Checkpoint> ControlPlane::CheckpointInstance(const v1::Checkp
     const auto instance = GetInstance(cluster_->state(), request.id());
     return instance.ok() ? absl::StatusOr<v1::Checkpoint>(v1::Checkpoint()) : instance.status();
   }
-  const auto tick = cluster_->BeginCheckpoint(ReadClocks(), request.id());
-  Publish();
-  if (!tick.ok()) return tick.status();
+  // None can be made while who runs what is being changed, and one under way ends with that: the next one comes after.
+  for (const Clock::time_point patience = Clock::now() + kCheckpointTimeout;;) {
+    const auto tick = cluster_->BeginCheckpoint(ReadClocks(), request.id());
+    Publish();
+    const auto made = tick.ok() ? AwaitCheckpoint(lock, watch, *tick, given_up) : tick.status();
+    if (!absl::IsAborted(made.status()) || Clock::now() >= patience) return made;
+    if (absl::Status status = WaitFor(lock, watch, patience, given_up); !status.ok()) return status;
+  }
+}
+
+absl::StatusOr<v1::Checkpoint> ControlPlane::AwaitCheckpoint(Lock& lock, Watch& watch, std::uint64_t tick,
+                                                             const std::function<bool()>& given_up) {
   while (true) {
     v1::ListCheckpointsRequest list;
-    list.set_id(request.id());
+    list.set_id(watch.id());
     const auto made = ListCheckpoints(cluster_->state(), list);
     if (!made.ok()) return made.status();
     for (const v1::Checkpoint& checkpoint : made->checkpoints()) {
-      if (checkpoint.tick() == *tick) return checkpoint;
+      if (checkpoint.tick() == tick) return checkpoint;
     }
-    if (cluster_->CheckpointUnderWay(request.id()) != *tick) {
-      return absl::AbortedError(
-          absl::StrCat("id: the checkpoint of ", request.id(), " could not be made; see its log"));
+    if (cluster_->CheckpointUnderWay(watch.id()) != tick) {
+      const absl::Status why = cluster_->WhyNoCheckpoint(watch.id());
+      return absl::Status(why.code(),
+                          absl::StrCat("id: the checkpoint of ", watch.id(), " could not be made: ", why.message()));
     }
     if (absl::Status status = WaitFor(lock, watch, Clock::time_point::max(), given_up); !status.ok()) return status;
   }

@@ -383,6 +383,11 @@ std::uint64_t Cluster::CheckpointUnderWay(const std::string& id) const {
   return instance == nullptr ? 0 : checkpoints_.UnderWay(*instance);
 }
 
+absl::Status Cluster::WhyNoCheckpoint(const std::string& id) const {
+  const InstanceEntry* instance = state().FindInstance(id);
+  return instance == nullptr ? NoInstance("id", id) : checkpoints_.WhyNotMade(*instance);
+}
+
 absl::Status Cluster::CheckUpload(Now now, const v1::UploadCheckpointRequest& request) {
   return checkpoints_.CheckUpload(request, now);
 }

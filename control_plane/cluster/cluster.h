@@ -138,6 +138,8 @@ class Cluster {
   // As ClusterState has it.
   void SetCheckpointTrouble(const std::string& why) { state_->SetCheckpointTrouble(why); }
   std::uint64_t CheckpointUnderWay(const std::string& id) const;
+  // NOT_FOUND if there is no such instance any more.
+  absl::Status WhyNoCheckpoint(const std::string& id) const;
   absl::Status CheckUpload(Now now, const v1::UploadCheckpointRequest& request);
   absl::Status CheckCheckpointQuota(std::uint64_t bytes) const { return checkpoints_.CheckQuota(bytes); }
   std::optional<records::Manifest> NoteUploaded(const v1::UploadCheckpointRequest& request);

@@ -33,6 +33,8 @@ std::uint64_t SizeOf(const records::Instance& record) {
 // Rounded up: what is too much by a byte must not be told as what is allowed.
 std::uint64_t Megabytes(std::uint64_t bytes) { return (bytes + 999'999) / 1'000'000; }
 
+constexpr char kBeingChanged[] = "who runs what is being changed";
+
 bool RunsUnchanged(const InstanceEntry& instance) {
   return instance.record.state() == v1::INSTANCE_STATE_RUNNING && AtRest(instance.record);
 }
@@ -45,8 +47,7 @@ absl::StatusOr<std::uint64_t> InstanceCheckpoints::Begin(InstanceEntry& instance
   if (const std::uint64_t tick = UnderWay(instance); tick != 0) return tick;
   if (!state_.checkpoint_trouble().empty()) return absl::ResourceExhaustedError(state_.checkpoint_trouble());
   if (!AtRest(instance.record)) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("id: ", instance.record.id(), ": who runs what is being changed; try again"));
+    return absl::AbortedError(absl::StrCat("id: ", instance.record.id(), ": ", kBeingChanged, "; try again"));
   }
   if (IsPaused(instance.record)) return BeginStanding(instance, now);
   std::uint64_t newest = 0;
@@ -73,6 +74,11 @@ absl::StatusOr<std::uint64_t> InstanceCheckpoints::BeginStanding(InstanceEntry& 
 std::uint64_t InstanceCheckpoints::UnderWay(const InstanceEntry& instance) const {
   const auto work = work_.find(instance.number);
   return work != work_.end() && work->second.draft ? work->second.draft->tick : 0;
+}
+
+absl::Status InstanceCheckpoints::WhyNotMade(const InstanceEntry& instance) const {
+  const auto work = work_.find(instance.number);
+  return work == work_.end() ? absl::AbortedError("none was begun") : work->second.not_made;
 }
 
 // The draft that a file of `tick` belongs to. None while or after a failover, which leaves regions out that have sent
@@ -147,7 +153,7 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
 
 // It is an error in the log each time, and an event once.
 void InstanceCheckpoints::NoteOverQuota(InstanceEntry& instance, const absl::Status& why, Now now) {
-  if (UnderWay(instance) != 0) Abandon(instance, std::string(why.message()), now);
+  if (UnderWay(instance) != 0) Abandon(instance, why, now);
   work_[instance.number].next = Steady(0);  // no sooner than after another interval: it is as large again
   state_.Log(absl::StrCat("no checkpoint id=", instance.record.id(), ": ", why.message()), Severity::kError);
   if (std::exchange(instance.over_checkpoint_quota, true)) return;
@@ -194,6 +200,7 @@ void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manif
   checkpoint.set_size_bytes(size);
   const std::vector<std::uint64_t> pruned = Prune(work_[instance.number], next, now);
   if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) {
+    work_[instance.number].not_made = status;
     return LogTrouble(state_, instance, "checkpoint cannot be listed", status);
   }
   instance.over_checkpoint_quota = false;
@@ -202,12 +209,14 @@ void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manif
   state_.MarkChanged(instance);
 }
 
-void InstanceCheckpoints::Abandon(InstanceEntry& instance, const std::string& why, Now now) {
+void InstanceCheckpoints::Abandon(InstanceEntry& instance, const absl::Status& why, Now now) {
   Work& work = work_[instance.number];
   state_.effects().abandoned.emplace_back(instance.record.id(), work.draft->tick);
-  state_.Log(absl::StrCat("checkpoint abandoned id=", instance.record.id(), " tick=", work.draft->tick, ": ", why),
-             Severity::kWarning);
+  state_.Log(
+      absl::StrCat("checkpoint abandoned id=", instance.record.id(), " tick=", work.draft->tick, ": ", why.message()),
+      Severity::kWarning);
   work.draft.reset();
+  work.not_made = why;
   work.next = now.steady + kCheckpointRetry;
   state_.MarkOrders(instance);
   state_.MarkChanged(instance);
@@ -217,18 +226,20 @@ void InstanceCheckpoints::Step(InstanceEntry& instance, Now now) {
   Work& work = work_[instance.number];
   const records::Instance& record = instance.record;
   if (work.draft) {
-    std::string why;
+    absl::Status why;
     if (!RunsUnchanged(instance) || work.draft->map_version != record.map().version()) {
-      why = "who runs what is being changed";
+      why = absl::AbortedError(kBeingChanged);
     }
     for (const WorkerEntry& worker : instance.workers) {
       // A worker reports the failure of an earlier one until it has heard of this.
       const bool heard = worker.report.order_revision() >= worker.order.revision() &&
                          worker.order.checkpoint().tick() == work.draft->tick;
-      if (heard && !worker.report.checkpoint_failure().empty()) why = worker.report.checkpoint_failure();
+      if (heard && !worker.report.checkpoint_failure().empty()) {
+        why = absl::InternalError(worker.report.checkpoint_failure());
+      }
     }
-    if (now.steady - work.draft->since > kCheckpointTimeout) why = "timed out";
-    if (!why.empty()) Abandon(instance, why, now);
+    if (now.steady - work.draft->since > kCheckpointTimeout) why = absl::DeadlineExceededError("timed out");
+    if (!why.ok()) Abandon(instance, why, now);
     return;
   }
   if (!RunsUnchanged(instance) || record.checkpoint_interval_ms() == 0) return;
@@ -280,6 +291,7 @@ void InstanceCheckpoints::Restarted(InstanceEntry& instance) {
   instance.newest_tick = 0;
   Work& work = work_[instance.number];
   work.restore_why.clear();
+  if (work.draft) work.not_made = absl::AbortedError("the world began anew");
   work.draft.reset();
 }
 

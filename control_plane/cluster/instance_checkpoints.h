@@ -33,11 +33,14 @@ class InstanceCheckpoints {
   void Forget(std::uint64_t number) { work_.erase(number); }
 
   // --- Making one.
-  // The tick of the checkpoint of a RUNNING instance that is being made from here on, or was already.
-  // FAILED_PRECONDITION while who runs what is being changed.
+  // The tick of the checkpoint of a RUNNING instance that is being made from here on, or was already. ABORTED while who
+  // runs what is being changed.
   absl::StatusOr<std::uint64_t> Begin(InstanceEntry& instance, Now now);
   // The tick of the checkpoint that is being made; 0 if none is.
   std::uint64_t UnderWay(const InstanceEntry& instance) const;
+  // Why the last one that was not made was not; never OK. ABORTED: who runs what was changed, or the world began anew;
+  // another one can be begun.
+  absl::Status WhyNotMade(const InstanceEntry& instance) const;
   // FAILED_PRECONDITION: nobody waits for that file. RESOURCE_EXHAUSTED: with it the checkpoint is larger than the
   // quota, and it is abandoned.
   absl::Status CheckUpload(const v1::UploadCheckpointRequest& request, Now now);
@@ -80,15 +83,16 @@ class InstanceCheckpoints {
   };
   struct Work {
     std::optional<Draft> draft;
-    Steady next{0};           // when the next one is due; 0: not yet reckoned
-    std::string restore_why;  // empty: the world is not to be restored
+    absl::Status not_made = absl::AbortedError("none was begun");  // as WhyNotMade
+    Steady next{0};                                                // when the next one is due; 0: not yet reckoned
+    std::string restore_why;                                       // empty: the world is not to be restored
     Steady restore_again_at{0};
     bool fewer_said = false;  // that the quota keeps fewer of them than were asked for
   };
 
   absl::StatusOr<std::uint64_t> BeginStanding(InstanceEntry& instance, Now now);
   const Draft* DraftOf(const InstanceEntry& instance, std::uint64_t tick) const;
-  void Abandon(InstanceEntry& instance, const std::string& why, Now now);
+  void Abandon(InstanceEntry& instance, const absl::Status& why, Now now);
   void NoteOverQuota(InstanceEntry& instance, const absl::Status& why, Now now);
   // Drops what is too many or too much from the list, the oldest first, and returns its ticks. One stays.
   std::vector<std::uint64_t> Prune(Work& work, records::Instance& next, Now now) const;

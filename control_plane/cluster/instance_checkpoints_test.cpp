@@ -178,6 +178,27 @@ TEST_F(CheckpointsTest, IsBegunAtItsIntervalAndAbandonedWhenItCannotBeFinished) 
   checkpoints_.Step(instance_, rig_.now);
   EXPECT_EQ(checkpoints_.UnderWay(instance_), 0U);
   EXPECT_EQ(rig_.state->effects().abandoned.size(), 1U);
+  EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::AbortedError("who runs what is being changed"));
+  EXPECT_EQ(checkpoints_.Begin(instance_, rig_.now).status().code(), absl::StatusCode::kAborted);
+}
+
+TEST_F(CheckpointsTest, SaysWhyOneWasNotMade) {
+  EXPECT_EQ(checkpoints_.WhyNotMade(instance_).code(), absl::StatusCode::kAborted) << "none was begun";
+  ASSERT_TRUE(checkpoints_.Begin(instance_, rig_.now).ok());
+  rig_.Pass(kCheckpointTimeout + seconds(1));
+  checkpoints_.Step(instance_, rig_.now);
+  EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::DeadlineExceededError("timed out"));
+  const std::uint64_t tick = *checkpoints_.Begin(instance_, rig_.now);
+  WorkerEntry& worker = instance_.workers[0];
+  worker.order.mutable_checkpoint()->set_tick(tick);
+  worker.report.set_order_revision(worker.order.revision());
+  worker.report.set_checkpoint_failure("no room");
+  checkpoints_.Step(instance_, rig_.now);
+  EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::InternalError("no room"));
+  worker.report.clear_checkpoint_failure();
+  ASSERT_TRUE(checkpoints_.Begin(instance_, rig_.now).ok());
+  checkpoints_.Restarted(instance_);
+  EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::AbortedError("the world began anew"));
 }
 
 TEST_F(CheckpointsTest, AWorldThatIsLostFailsWithoutACheckpointAndIsRestoredWithOne) {

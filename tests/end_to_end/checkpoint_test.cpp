@@ -24,15 +24,15 @@ constexpr int kAtOnce[] = {SIGSTOP, SIGKILL};
 
 class CheckpointTest : public WorldTest {
  protected:
-  std::uint64_t Checkpoint() {
+  v1::Checkpoint MakeCheckpoint() {
     v1::CheckpointInstanceRequest request;
     request.set_id(run_->instance_id());
     return run_->connection()
         .Call("checkpoint", run_->connection().instances(), &v1::InstanceService::Stub::CheckpointInstance, request,
               std::chrono::milliseconds(kPatience))
-        .checkpoint()
-        .tick();
+        .checkpoint();
   }
+  std::uint64_t Checkpoint() { return MakeCheckpoint().tick(); }
   std::filesystem::path FileOf(std::uint64_t tick, const std::string& name) {
     return std::filesystem::path(run_->cluster().log_dir()).parent_path() / "control" / "checkpoints" /
            run_->instance_id() / std::to_string(tick) / name;
@@ -122,6 +122,14 @@ TEST_F(CheckpointTest, APlayerOfARestoredWorldComesBackByItselfWithTheSameClient
   EXPECT_EQ(&(*ann)->client(), &client);
   EXPECT_EQ(client.own_body(), body);
   EXPECT_TRUE(std::ranges::none_of(Pids(), [&](const auto& at) { return pids.at(at.first) == at.second; }));
+}
+
+TEST_F(CheckpointTest, OneThatIsAskedForAmidAChangeComesAfterIt) {
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
+  ASSERT_TRUE(PlayUntilProtected());
+  const support::RunResult scaled = Tessera({"instance", "scale", run_->instance_id(), "--regions", "3"});
+  ASSERT_EQ(scaled.exit_code, 0) << scaled.err;
+  EXPECT_EQ(MakeCheckpoint().regions(), 3u);
 }
 
 TEST_F(CheckpointTest, ADamagedCheckpointIsRefusedByNameAndTheOneBeforeItIsUsed) {
