@@ -33,9 +33,26 @@ void PutSurface(std::span<const Vec3f> vertices, std::span<const std::array<std:
   }
 }
 
+bool NeverMoves(const BodyDef& def) { return def.motion == Motion::kStatic && def.path == nullptr; }
+
+// The shapes that more than one tile has, in the order of tiles.
+std::vector<ShapePtr> SharedByTiles(const LevelCut& cut) {
+  std::unordered_map<const Shape*, const Tile*> first;
+  std::vector<ShapePtr> shared;
+  for (const auto& [square, tile] : cut.tiles) {
+    for (const TilePart& part : tile.parts) {
+      if (first.try_emplace(part.body.shape.get(), &tile).first->second != &tile) shared.push_back(part.body.shape);
+    }
+  }
+  return shared;
+}
+
+}  // namespace
+
 // The part behind the number and the kind of a shape, which is its place among the scene's forms. One overload a form.
-struct PutForm {
+struct SceneBook::PutForm {
   const std::unordered_map<const Shape*, std::uint32_t>& numbers;
+  const FieldPlace& place;
   ByteWriter& out;
 
   void Floats(std::initializer_list<double> values) const {
@@ -64,30 +81,25 @@ struct PutForm {
     }
   }
   void operator()(const TriangleMeshShape& s) const { PutSurface(s.vertices, s.triangles, out); }
+  // With the samples of its neighbours, where it is a part: they give the ground at its rim the slope of the whole.
   void operator()(const HeightFieldShape& s) const {
+    const HeightFieldShape& whole = place.whole == nullptr ? s : *place.whole;
+    const std::uint32_t from_x = place.cut.first_column, to_x = from_x + s.columns;
+    const std::uint32_t from_z = place.cut.first_row, to_z = from_z + s.rows;
+    const std::uint32_t left = from_x > 0 ? 1 : 0, right = to_x < whole.columns ? 1 : 0;
+    const std::uint32_t near = from_z > 0 ? 1 : 0, far = to_z < whole.rows ? 1 : 0;
     out.Varint(s.columns);
     out.Varint(s.rows);
     Floats({s.spacing_m});
-    for (const float height : s.heights_m) out.F32(height);
+    out.U8(static_cast<std::uint8_t>(left | right << 1 | near << 2 | far << 3));
+    for (std::uint32_t z = from_z - near; z < to_z + far; ++z) {
+      for (std::uint32_t x = from_x - left; x < to_x + right; ++x) {
+        out.F32(whole.heights_m[static_cast<std::size_t>(z) * whole.columns + x]);
+      }
+    }
   }
   void operator()(const PlaneShape& s) const { Floats({s.normal.x, s.normal.y, s.normal.z, s.offset_m}); }
 };
-
-bool NeverMoves(const BodyDef& def) { return def.motion == Motion::kStatic && def.path == nullptr; }
-
-// The shapes that more than one tile has, in the order of tiles.
-std::vector<ShapePtr> SharedByTiles(const LevelCut& cut) {
-  std::unordered_map<const Shape*, const Tile*> first;
-  std::vector<ShapePtr> shared;
-  for (const auto& [square, tile] : cut.tiles) {
-    for (const TilePart& part : tile.parts) {
-      if (first.try_emplace(part.body.shape.get(), &tile).first->second != &tile) shared.push_back(part.body.shape);
-    }
-  }
-  return shared;
-}
-
-}  // namespace
 
 SceneBook::SceneBook(const Scene& scene) {
   const std::optional<LevelCut> cut = CutLevel(scene);
@@ -107,7 +119,7 @@ SceneBook::SceneBook(const Scene& scene) {
     if (NeverMoves(def) && !in_tiles(def)) AddStatic(def, {def.initial.position, def.initial.orientation});
   }
   Flush(static_cast<std::uint8_t>(MessageKind::kStatics), true);
-  if (cut) AddTiles(*cut);
+  if (cut) AddTiles(scene, *cut);
 }
 
 std::shared_ptr<const std::string> SceneBook::TileBy(const std::string& sha256) const {
@@ -122,13 +134,19 @@ void SceneBook::EndShapes() {
   Flush(static_cast<std::uint8_t>(MessageKind::kVisuals), true);
 }
 
-void SceneBook::AddTiles(const LevelCut& cut) {
+void SceneBook::AddTiles(const Scene& scene, const LevelCut& cut) {
+  std::unordered_map<BodyId, const HeightFieldShape*> fields;
+  for (const BodyDef& def : scene.bodies) {
+    if (const auto* field = std::get_if<HeightFieldShape>(&def.shape->form)) fields.emplace(def.id, field);
+  }
   ByteWriter list;
   list.U8(static_cast<std::uint8_t>(MessageKind::kTiles));
   list.Varint(cut.tiles.size());
-  std::vector<Bytes> scene = std::exchange(messages_, {});
+  std::vector<Bytes> of_scene = std::exchange(messages_, {});
   for (const auto& [square, tile] : cut.tiles) {
-    for (const TilePart& part : tile.parts) AddShape(part.body.shape);
+    for (const TilePart& part : tile.parts) {
+      AddShape(part.body.shape, part.field ? FieldPlace{fields.at(part.body.id), *part.field} : FieldPlace{});
+    }
     EndShapes();
     for (const TilePart& part : tile.parts) AddStatic(part.body, PoseOf(part));
     Flush(static_cast<std::uint8_t>(MessageKind::kStatics), true);
@@ -143,7 +161,7 @@ void SceneBook::AddTiles(const LevelCut& cut) {
     list.Block(std::string_view(sha256));
     tiles_.emplace(sha256, std::move(bytes));
   }
-  messages_ = std::move(scene);
+  messages_ = std::move(of_scene);
   messages_.push_back(list.Take());
 }
 
@@ -152,7 +170,7 @@ std::uint32_t SceneBook::NumberOf(const Shape& shape) const {
   return found == numbers_.end() ? 0 : found->second;
 }
 
-void SceneBook::AddShape(const ShapePtr& shape) {
+void SceneBook::AddShape(const ShapePtr& shape, const FieldPlace& place) {
   if (shape == nullptr || numbers_.contains(shape.get())) return;
   if (const auto* compound = std::get_if<CompoundShape>(&shape->form)) {
     for (const CompoundChild& child : compound->children) AddShape(child.shape);
@@ -165,7 +183,7 @@ void SceneBook::AddShape(const ShapePtr& shape) {
   origins_.push_back(-physics::CenterOfMass(moving));
   pending_.Varint(number);
   pending_.U8(static_cast<std::uint8_t>(shape->form.index()));
-  std::visit(PutForm{numbers_, pending_}, shape->form);
+  std::visit(PutForm{numbers_, place, pending_}, shape->form);
   ++pending_count_;
   if (!shape->visuals.empty()) drawn_.push_back(shape);
 }

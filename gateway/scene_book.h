@@ -39,11 +39,19 @@ class SceneBook {
   Vec3d OriginOf(std::uint32_t shape) const { return shape < origins_.size() ? origins_[shape] : Vec3d(); }
 
  private:
-  void AddShape(const ShapePtr& shape);
+  // The field that a shape is a part of, and where.
+  struct FieldPlace {
+    const HeightFieldShape* whole = nullptr;
+    FieldCut cut{};
+  };
+  struct PutForm;
+
+  void AddShape(const ShapePtr& shape) { AddShape(shape, {}); }
+  void AddShape(const ShapePtr& shape, const FieldPlace& place);
   void AddVisuals(const ShapePtr& shape);
   void AddStatic(const BodyDef& def, const Pose& pose);
   void EndShapes();
-  void AddTiles(const LevelCut& cut);
+  void AddTiles(const Scene& scene, const LevelCut& cut);
   void Flush(std::uint8_t kind, bool all);
 
   std::unordered_map<const Shape*, std::uint32_t> numbers_;

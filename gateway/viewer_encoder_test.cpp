@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <numbers>
@@ -377,6 +378,42 @@ TEST(SceneBookTest, ALargeLevelIsAListOfTilesAndEachIsThereByItsHash) {
   EXPECT_EQ(decoder.statics, 1000u + decoder.shapes - 2);
   EXPECT_EQ(book.TileBy(std::string(64, 'a')), nullptr);
   EXPECT_EQ(book.TileBy("../secret"), nullptr);
+}
+
+TEST(SceneBookTest, APartOfAHeightFieldHasARimOfItsNeighboursSamples) {
+  const Scene scene = LargeLevel();
+  const SceneBook book(scene);
+  ViewerDecoder decoder;
+  for (const Bytes& message : book.messages()) decoder.Take(message);
+  const auto& whole = std::get<HeightFieldShape>(scene.bodies[0].shape->form).heights_m;
+  int parts = 0, corners = 0, inner = 0;
+  for (const auto& [sha256, bytes] : decoder.tiles) {
+    ByteReader in(AsBytes(*book.TileBy(sha256)));
+    while (in.ok() && in.remaining() > 0) {
+      const nlohmann::ordered_json words = decoder.Take(in.Block(bytes));
+      if (!words.contains("shapes")) continue;
+      for (const nlohmann::ordered_json& shape : words["shapes"]) {
+        if (!shape.contains("heights")) continue;
+        ++parts;
+        const int rim = shape["rim"];
+        corners += rim == 5 || rim == 6 || rim == 9 || rim == 10;
+        inner += rim == 15;
+        const int wide = static_cast<int>(shape["columns"]) + (rim & 1) + (rim >> 1 & 1);
+        // Heights of the whole repeat after five samples, and a row is 1000 of them: those of a row tell its place.
+        const std::vector<float> heights = shape["heights"];
+        for (std::size_t i = 1; i < heights.size(); ++i) {
+          if (i % static_cast<std::size_t>(wide) == 0) {
+            ASSERT_EQ(heights[i], heights[0]) << "rows are of one place";
+          } else {
+            ASSERT_EQ(heights[i], whole[static_cast<std::size_t>(heights[i - 1]) + 1]);
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(parts, 8);
+  EXPECT_EQ(corners, 4);
+  EXPECT_EQ(inner, parts - 4 * (static_cast<int>(std::lround(std::sqrt(parts))) - 1));
 }
 
 TEST(GoldenMessageTest, AreAsEverInTheOrderOfAConnection) {

@@ -6,7 +6,7 @@
 
 namespace tessera::gateway {
 
-inline constexpr std::uint8_t kViewerProtocolVersion = 1;
+inline constexpr std::uint8_t kViewerProtocolVersion = 2;
 inline constexpr char kViewerSubprotocol[] = "tessera.viewer.1";
 
 enum class MessageKind : std::uint8_t {

@@ -91,7 +91,9 @@ void Form(ByteReader& in, Words& shape, std::uint32_t number) {
       shape["columns"] = columns;
       shape["rows"] = rows;
       shape["spacing"] = in.F32();
-      shape["heights"] = Floats(in, columns * rows);
+      const std::uint8_t rim = in.U8();
+      shape["rim"] = rim;
+      shape["heights"] = Floats(in, (columns + (rim & 1) + (rim >> 1 & 1)) * (rows + (rim >> 2 & 1) + (rim >> 3 & 1)));
       return;
     }
     case 9:

@@ -311,7 +311,7 @@ export function fakeShapes(): { number: number; shape: Shape }[] {
       ],
     },
     { kind: 'plane', normal: [0, 1, 0], offset: 0 },
-    { kind: 'field', columns: COLUMNS, rows: COLUMNS, spacing, heights },
+    { kind: 'field', columns: COLUMNS, rows: COLUMNS, spacing, rim: 0, heights },
     arch(),
     { kind: 'box', half: [8, 0.3, 5] },
     { kind: 'box', half: [0.4, 1.5, 60] },

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import * as THREE from 'three';
 import type { Shape, StaticBody } from '../src/protocol/messages.ts';
+import { makeGeometry } from '../src/view/geometry.ts';
 import { Level } from '../src/view/level.ts';
 
 const SLOWNESS = Number(process.env['TESSERA_SLOWNESS'] ?? '1');
@@ -123,4 +124,30 @@ test('what a tile brought goes with it, and nothing else', () => {
   level.drop(0);
   level.drop(7);
   assert.deepEqual([level.count, drawn(level).triangles], [1, 12]);
+});
+
+test('where two parts of a height field meet, the light has no seam', () => {
+  const height = (x: number, z: number) => Math.sin(x / 3) + Math.cos(z / 2) * x * 0.1;
+  const part = (rim: number, first: number, last: number): Shape => {
+    const heights = [];
+    for (let z = 0; z < 9; ++z) for (let x = first; x <= last; ++x) heights.push(height(x, z));
+    return { kind: 'field', columns: 9, rows: 9, spacing: 2, rim, heights: new Float32Array(heights) };
+  };
+  const edge = (shape: Shape, x: number) => {
+    const geometry = makeGeometry(shape, new Map(), true);
+    const positions = geometry.getAttribute('position');
+    const normals = geometry.getAttribute('normal');
+    const rows = [];
+    for (const at of new Set(geometry.index!.array)) {
+      if (positions.getX(at) === x) rows.push([positions.getZ(at), positions.getY(at), normals.getX(at), normals.getY(at), normals.getZ(at)]);
+    }
+    return { rows: rows.sort((a, b) => a[0]! - b[0]!), triangles: geometry.index!.count / 3 };
+  };
+  // Samples 0 to 8 and 8 to 16, each centred: the last of one is the first of the other.
+  const left = edge(part(2, 0, 9), 8);
+  const right = edge(part(1, 7, 16), -8);
+  assert.equal(left.rows.length, 9);
+  assert.deepEqual(left, right);
+  assert.equal(left.triangles, 2 * 8 * 8);
+  assert.notDeepEqual(edge(part(0, 0, 8), 8).rows, edge(part(0, 8, 16), -8).rows);
 });

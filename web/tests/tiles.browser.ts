@@ -13,7 +13,7 @@ const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
 function strip(): FakeTile[] {
   return Array.from({ length: 20 }, (_, at) => {
     const heights = Float32Array.from({ length: 101 * 101 }, (_, sample) => Math.sin(sample + at));
-    const shapes = [{ number: 100 + at, shape: { kind: 'field' as const, columns: 101, rows: 101, spacing: 2, heights } }];
+    const shapes = [{ number: 100 + at, shape: { kind: 'field' as const, columns: 101, rows: 101, spacing: 2, rim: 0, heights } }];
     const ground = { body: '900', name: 'ground', shape: 100 + at, trigger: false, position: [200 * at + 100, -8, 0], orientation: [0, 0, 0, 1] };
     return { bounds: [200 * at, -9, -100, 200 * (at + 1), -7, 100], content: encodeTile([encodeShapes(shapes), encodeStatics([ground])]) };
   });

@@ -138,8 +138,16 @@ function field(reader: Reader): Shape {
   const columns = reader.varint();
   const rows = reader.varint();
   const spacing = reader.f32();
-  if (columns < 2 || rows < 2 || 4 * columns * rows > reader.left) reader.fail(`height field of ${columns} x ${rows}`);
-  return { kind: 'field', columns, rows, spacing, heights: reader.f32s(columns * rows) };
+  const rim = reader.u8();
+  const wide = columns + side(rim, 0) + side(rim, 1);
+  const deep = rows + side(rim, 2) + side(rim, 3);
+  if (columns < 2 || rows < 2 || rim > 15 || 4 * wide * deep > reader.left) reader.fail(`height field of ${columns} x ${rows}`);
+  return { kind: 'field', columns, rows, spacing, rim, heights: reader.f32s(wide * deep) };
+}
+
+// 1 if a bit says that there is something on a side, else 0.
+function side(rim: number, bit: number): number {
+  return (rim >> bit) & 1;
 }
 
 function visuals(reader: Reader): VisualsMessage {

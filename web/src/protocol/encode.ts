@@ -123,6 +123,7 @@ function putShape(out: Writer, shape: Shape): void {
       out.varint(shape.columns);
       out.varint(shape.rows);
       out.f32(shape.spacing);
+      out.u8(shape.rim);
       for (const height of shape.heights) out.f32(height);
       return;
     case 'plane':

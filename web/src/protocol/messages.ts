@@ -1,7 +1,7 @@
 // The messages of docs/viewer_protocol.md as plain data.
 
 export const PROTOCOL = 'tessera.viewer.1';
-export const VERSION = 1;
+export const VERSION = 2;
 export const UNITS_PER_METRE = 1024;
 export const SPEED_UNITS = 64; // units of 1 m/s
 
@@ -34,7 +34,8 @@ export type Shape =
   | { kind: 'cone'; radius: number; height: number }
   | { kind: 'hull' | 'mesh'; vertices: Float32Array; triangles: Uint32Array }
   | { kind: 'compound'; children: { shape: number; position: number[]; orientation: number[] }[] }
-  | { kind: 'field'; columns: number; rows: number; spacing: number; heights: Float32Array }
+  // `rim`, bits 0 to 3: towards -x, +x, -z, +z `heights` has one more column or row, of a neighbour.
+  | { kind: 'field'; columns: number; rows: number; spacing: number; rim: number; heights: Float32Array }
   | { kind: 'plane'; normal: number[]; offset: number };
 
 export interface Shapes {

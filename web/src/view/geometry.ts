@@ -27,7 +27,7 @@ export function makeGeometry(shape: Shape, table: ShapeTable, fine: boolean): TH
     case 'compound':
       return compound(shape.children, table, fine);
     case 'field':
-      return field(shape.columns, shape.rows, shape.spacing, shape.heights);
+      return field(shape);
     case 'plane':
       return plane(shape.normal, shape.offset);
   }
@@ -67,29 +67,40 @@ function compound(
   return parts.length === 0 ? new THREE.BufferGeometry() : mergeGeometries(parts);
 }
 
-function field(columns: number, rows: number, spacing: number, heights: Float32Array): THREE.BufferGeometry {
-  const geometry = new THREE.BufferGeometry();
-  const positions = new Float32Array(3 * columns * rows);
-  for (let row = 0, at = 0; row < rows; ++row) {
-    for (let column = 0; column < columns; ++column, ++at) {
-      positions[3 * at] = (column - (columns - 1) / 2) * spacing;
+// The samples of the rim give the edge the slope of the whole field, and are not drawn: where two parts meet the light
+// has no seam.
+function field(shape: Shape & { kind: 'field' }): THREE.BufferGeometry {
+  const { columns, rows, spacing, rim, heights } = shape;
+  const [left, right, near, far] = [0, 1, 2, 3].map((bit) => (rim >> bit) & 1) as [number, number, number, number];
+  const wide = columns + left + right;
+  const deep = rows + near + far;
+  const positions = new Float32Array(3 * wide * deep);
+  for (let row = 0, at = 0; row < deep; ++row) {
+    for (let column = 0; column < wide; ++column, ++at) {
+      positions[3 * at] = (column - left - (columns - 1) / 2) * spacing;
       positions[3 * at + 1] = heights[at]!;
-      positions[3 * at + 2] = (row - (rows - 1) / 2) * spacing;
+      positions[3 * at + 2] = (row - near - (rows - 1) / 2) * spacing;
     }
   }
-  const indices = new Uint32Array(6 * (columns - 1) * (rows - 1));
-  let at = 0;
-  for (let row = 0; row + 1 < rows; ++row) {
-    for (let column = 0; column + 1 < columns; ++column) {
-      const corner = row * columns + column;
-      indices.set([corner, corner + columns, corner + 1, corner + 1, corner + columns, corner + columns + 1], at);
-      at += 6;
-    }
-  }
+  const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-  geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+  geometry.setIndex(cells(wide, 0, 0, wide - 1, deep - 1));
   geometry.computeVertexNormals();
+  if (rim !== 0) geometry.setIndex(cells(wide, left, near, columns - 1, rows - 1));
   return geometry;
+}
+
+// Two triangles for each of `across` x `along` cells from a corner on, of a grid that is `wide` samples wide.
+function cells(wide: number, column: number, row: number, across: number, along: number): THREE.BufferAttribute {
+  const indices = new Uint32Array(6 * across * along);
+  let at = 0;
+  for (let z = row; z < row + along; ++z) {
+    for (let x = column; x < column + across; ++x, at += 6) {
+      const corner = z * wide + x;
+      indices.set([corner, corner + wide, corner + 1, corner + 1, corner + wide, corner + wide + 1], at);
+    }
+  }
+  return new THREE.BufferAttribute(indices, 1);
 }
 
 function plane(normal: number[], offset: number): THREE.BufferGeometry {
