@@ -9,6 +9,7 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <thread>
 
 #include "core/world/limits.h"
@@ -31,7 +32,7 @@ class PlayedControl final : public v1::VisualService::Service {
   grpc::Status GetVisual(grpc::ServerContext* context, const v1::GetVisualRequest* request, Writer* writer) override {
     ++calls;
     EXPECT_EQ(request->sha256(), kSha256);
-    return play(*context, *writer);
+    return Playing()(*context, *writer);
   }
   static void Send(Writer& writer, const std::string& bytes, std::uint64_t size) {
     v1::GetVisualResponse piece;
@@ -43,11 +44,26 @@ class PlayedControl final : public v1::VisualService::Service {
     writer.Write(piece);
   }
 
-  std::function<grpc::Status(grpc::ServerContext&, Writer&)> play = [](grpc::ServerContext&, Writer& writer) {
+  using Answer = std::function<grpc::Status(grpc::ServerContext&, Writer&)>;
+  void Play(Answer answer) {
+    const std::lock_guard lock(mutex_);
+    play_ = std::move(answer);
+  }
+
+  std::atomic<int> calls{0};
+
+ private:
+  Answer Playing() const {
+    const std::lock_guard lock(mutex_);
+    return play_;
+  }
+
+  // Calls come one after the other, but by other threads, and gRPC's library does not show TSan that.
+  mutable std::mutex mutex_;
+  Answer play_ = [](grpc::ServerContext&, Writer& writer) {
     Send(writer, kBytes, kBytes.size());
     return grpc::Status::OK;
   };
-  std::atomic<int> calls{0};
 };
 
 class VisualSourceTest : public testing::Test {
@@ -60,10 +76,10 @@ class VisualSourceTest : public testing::Test {
     EXPECT_TRUE(cache_.Open().ok());
   }
   void SendsAs(const std::string& bytes, std::uint64_t size) {
-    control_.play = [bytes, size](grpc::ServerContext&, PlayedControl::Writer& writer) {
+    control_.Play([bytes, size](grpc::ServerContext&, PlayedControl::Writer& writer) {
       PlayedControl::Send(writer, bytes, size);
       return grpc::Status::OK;
-    };
+    });
   }
   bool CacheIsEmpty() const { return std::filesystem::is_empty(folder_.path() + "/cache"); }
 
@@ -100,15 +116,15 @@ TEST_F(VisualSourceTest, WhatIsNotWholeIsNotKept) {
 }
 
 TEST_F(VisualSourceTest, OneThatTheControlPlaneLacksIsNotFound) {
-  control_.play = [](grpc::ServerContext&, PlayedControl::Writer&) {
+  control_.Play([](grpc::ServerContext&, PlayedControl::Writer&) {
     return grpc::Status(grpc::StatusCode::NOT_FOUND, "sha256: the control plane has no such file");
-  };
+  });
   EXPECT_EQ(source_.Get(kSha256).status(), absl::NotFoundError("sha256: the control plane has no such file"));
 }
 
 TEST_F(VisualSourceTest, AControlPlaneThatGoesHalfwayLeavesNothingAndIsAskedAgain) {
   std::promise<void> sent;
-  control_.play = [&sent](grpc::ServerContext& context, PlayedControl::Writer& writer) {
+  control_.Play([&sent](grpc::ServerContext& context, PlayedControl::Writer& writer) {
     v1::GetVisualResponse piece;
     piece.set_size(kBytes.size());
     piece.set_data(kBytes.substr(0, 100'000));
@@ -116,7 +132,7 @@ TEST_F(VisualSourceTest, AControlPlaneThatGoesHalfwayLeavesNothingAndIsAskedAgai
     sent.set_value();
     while (!context.IsCancelled()) std::this_thread::yield();
     return grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone");
-  };
+  });
   auto cut = std::async(std::launch::async, [this] { return source_.Get(kSha256); });
   sent.get_future().wait();
   server_->Shutdown(std::chrono::system_clock::now());
@@ -129,11 +145,11 @@ TEST_F(VisualSourceTest, AControlPlaneThatGoesHalfwayLeavesNothingAndIsAskedAgai
 
 TEST_F(VisualSourceTest, TheEndOfAGatewayIsNotKeptWaiting) {
   std::promise<void> asked;
-  control_.play = [&asked](grpc::ServerContext& context, PlayedControl::Writer&) {
+  control_.Play([&asked](grpc::ServerContext& context, PlayedControl::Writer&) {
     asked.set_value();
     while (!context.IsCancelled()) std::this_thread::yield();
     return grpc::Status::CANCELLED;
-  };
+  });
   auto cut = std::async(std::launch::async, [this] { return source_.Get(kSha256); });
   asked.get_future().wait();
   source_.Stop();

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -26,7 +27,7 @@ class PlayedVisuals final : public v1::VisualService::Service {
     ++asked;
     if (old) return {grpc::StatusCode::UNIMPLEMENTED, ""};
     for (const std::string& sha256 : request->sha256()) {
-      if (!files.contains(sha256)) response->add_sha256(sha256);
+      if (!Has(sha256)) response->add_sha256(sha256);
     }
     return grpc::Status::OK;
   }
@@ -38,13 +39,27 @@ class PlayedVisuals final : public v1::VisualService::Service {
     std::string bytes = first.data();
     while (reader->Read(&piece)) bytes += piece.data();
     EXPECT_EQ(bytes.size(), first.size());
-    files[first.sha256()] = bytes;
+    Keep(first.sha256(), bytes);
     return grpc::Status::OK;
   }
 
-  std::map<std::string, std::string> files;
-  int asked = 0;
-  bool full = false, old = false;
+  void Keep(const std::string& sha256, const std::string& bytes) {
+    const std::lock_guard lock(mutex_);
+    files_[sha256] = bytes;
+  }
+  std::map<std::string, std::string> Files() const {
+    const std::lock_guard lock(mutex_);
+    return files_;
+  }
+  bool Has(const std::string& sha256) const { return Files().contains(sha256); }
+
+  std::atomic<int> asked = 0;
+  std::atomic<bool> full = false, old = false;
+
+ private:
+  // Calls come one after the other, but by other threads, and gRPC's library does not show TSan that.
+  mutable std::mutex mutex_;
+  std::map<std::string, std::string> files_;
 };
 
 class VisualUploadTest : public ::testing::Test {
@@ -93,10 +108,10 @@ TEST_F(VisualUploadTest, WhatIsMissingIsSentOnce) {
   DrawWith(sha256);
   DrawWith(Keep("small"));
   EXPECT_EQ(Sent(VisualSending::kOnlyCheck), 2u);
-  EXPECT_THAT(service_.files, IsEmpty());
+  EXPECT_THAT(service_.Files(), IsEmpty());
   EXPECT_EQ(Sent(), 2u);
-  EXPECT_EQ(service_.files.size(), 2u);
-  EXPECT_TRUE(service_.files[sha256] == large);
+  EXPECT_EQ(service_.Files().size(), 2u);
+  EXPECT_TRUE(service_.Files()[sha256] == large);
   EXPECT_EQ(Sent(), 0u);
 }
 
@@ -113,8 +128,8 @@ TEST_F(VisualUploadTest, AFileThatIsNotHereOrDamagedIsNamedUnlessTheControlPlane
               HasSubstr(Visuals() + "/" + sha256 + ".glb is missing, and the control plane does not have it"));
   KeepAs(sha256, "whol");
   EXPECT_THAT(ErrorOf(), HasSubstr(sha256 + ".glb is damaged: it has another hash"));
-  EXPECT_THAT(service_.files, IsEmpty());
-  service_.files[sha256] = "whole";
+  EXPECT_THAT(service_.Files(), IsEmpty());
+  service_.Keep(sha256, "whole");
   EXPECT_EQ(ErrorOf(), "none");
 }
 

@@ -479,7 +479,7 @@ class FakeInstance : public v1::SessionService::Service {
 
   const net::SigningKey key_ = net::SigningKey::Make();
   std::string scene_bytes_, scene_hash_;
-  std::uint32_t players_ = 0, returned_ = 0;
+  std::atomic<std::uint32_t> players_ = 0, returned_ = 0;
   host::TemporaryFolder folder_;  // holds the socket
   std::unique_ptr<grpc::Server> server_;
 };
