@@ -1,4 +1,5 @@
-// tessera instance scale | restart-workers | set-property | checkpoint | checkpoints | restore | export | import
+// tessera instance scale | restart-workers | set-property | checkpoint | checkpoints | restore | upgrade | export |
+// import
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -40,7 +41,8 @@ std::chrono::milliseconds Patience(const ChangeOptions& options) {
 
 // All is as wanted, and nothing is under way.
 bool Settled(const v1::Instance& instance) {
-  return instance.state() == v1::INSTANCE_STATE_RUNNING && instance.changes().empty() &&
+  const bool stands = instance.state() == v1::INSTANCE_STATE_PAUSED;
+  return (stands || instance.state() == v1::INSTANCE_STATE_RUNNING) && instance.changes().empty() &&
          instance.regions() == instance.wanted_regions();
 }
 
@@ -211,6 +213,19 @@ void Restore(const Globals& globals, const ChangeOptions& options) {
               options.dry_run, response.instance());
 }
 
+void Upgrade(const Globals& globals, const ChangeOptions& options) {
+  local::Connection connection = Connect(globals);
+  v1::UpgradeInstanceRequest request;
+  request.set_id(options.id);
+  request.set_validate_only(options.dry_run);
+  const auto response = connection.Call("instance upgrade", connection.instances(),
+                                        &v1::InstanceService::Stub::UpgradeInstance, request, Patience(options));
+  if (options.wait && !options.dry_run) WaitUntilSettled(connection, options);
+  const std::string what =
+      options.dry_run ? "upgraded" : fmt::format("upgraded: it begins anew after tick {}", response.tick());
+  PrintChange(globals, "instance", options.id, what, options.dry_run, response.instance());
+}
+
 void Export(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
   local::ExportCheckpoint(connection, options.id, options.tick, options.file, Patience(options));
@@ -281,6 +296,12 @@ void AddInstanceChangeCommands(CLI::App& instance, Globals& globals) {
   restore->add_flag("--wait", options->wait, "Return only when it is RUNNING");
   add_dry_run(restore);
   restore->callback([&globals, options] { Restore(globals, *options); });
+
+  CLI::App* upgrade =
+      add("upgrade", "Start all workers again with the programs that their hosts have now; no tick is lost");
+  upgrade->add_flag("--wait", options->wait, "Return only when it is RUNNING");
+  add_dry_run(upgrade);
+  upgrade->callback([&globals, options] { Upgrade(globals, *options); });
 
   CLI::App* save = add("export", "Write a checkpoint to a file, for any cluster");
   save->add_option("file", options->file, "File to write")->required();

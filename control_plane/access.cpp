@@ -67,6 +67,7 @@ constexpr std::array kMethods{
     Method{"/tessera.v1.InstanceService/SetPace", Need::kOperator, For::kInstances},
     Method{"/tessera.v1.InstanceService/SetProperty", Need::kOperator, For::kInstances},
     Method{"/tessera.v1.InstanceService/UnbanPlayer", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/UpgradeInstance", Need::kOperator, For::kInstances},
     Method{"/tessera.v1.InstanceService/WatchGameEvents", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.InstanceService/WatchInstance", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.SessionService/GetScene", Need::kViewer, For::kInstances, true},

@@ -101,6 +101,9 @@ class ControlPlane {
   absl::StatusOr<v1::Checkpoint> CheckpointInstance(const v1::CheckpointInstanceRequest& request,
                                                     const std::function<bool()>& given_up);
   absl::StatusOr<v1::RestoreInstanceResponse> RestoreInstance(const v1::RestoreInstanceRequest& request);
+  // Waits until the world begins anew. DEADLINE_EXCEEDED: it did not come to stand; as with all errors it goes on.
+  absl::StatusOr<v1::UpgradeInstanceResponse> UpgradeInstance(const v1::UpgradeInstanceRequest& request,
+                                                              const std::function<bool()>& given_up);
   absl::StatusOr<std::string> ExportCheckpoint(const v1::ExportCheckpointRequest& request);
   // `guests`: whether players may join the instance without a ticket.
   absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const std::string& bytes,
@@ -180,6 +183,9 @@ class ControlPlane {
   // ABORTED: another one can be begun.
   absl::StatusOr<v1::Checkpoint> AwaitCheckpoint(Lock& lock, Watch& watch, std::uint64_t tick,
                                                  const std::function<bool()>& given_up);
+  absl::StatusOr<std::uint64_t> AwaitUpgradeTick(const std::string& id, const std::function<bool()>& given_up);
+  absl::StatusOr<v1::Instance> BeginAnew(const std::string& id, std::uint64_t tick,
+                                         const std::function<bool()>& given_up);
   absl::Status WaitFor(Lock& lock, Watch& watch, std::chrono::steady_clock::time_point until,
                        const std::function<bool()>& given_up);
   absl::Status WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,

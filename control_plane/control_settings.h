@@ -76,6 +76,8 @@ inline constexpr std::chrono::milliseconds kChangeRetry{5000};
 // How long a checkpoint may take from the choice of its tick until all files are on the disk, and the wait before
 // another try. A region of 10000 bodies writes some MB.
 inline constexpr std::chrono::milliseconds kCheckpointTimeout{30'000}, kCheckpointRetry{5'000};
+// A world that is to be upgraded stands by then, or goes on.
+inline constexpr std::chrono::seconds kUpgradePatience{30};
 inline constexpr std::chrono::milliseconds kDefaultCheckpointInterval{60'000};
 inline constexpr std::chrono::milliseconds kMinCheckpointInterval{5'000}, kMaxCheckpointInterval{24 * 3'600'000};
 inline constexpr std::uint32_t kDefaultKeptCheckpoints = 3, kMaxKeptCheckpoints = 100;

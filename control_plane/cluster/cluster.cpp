@@ -125,6 +125,7 @@ void Cluster::Forget(std::uint64_t number) {
   game_logs_.Forget(number);
   game_events_.Forget(number);
   game_messages_.Forget(number);
+  upgrades_.Forget(number);
   bans_.ForgetInstance(absl::StrCat(kInstanceId, number));
 }
 
@@ -154,6 +155,7 @@ void Cluster::HandleTimer(Now now) {
       players_.Prune(instance, now);
       checkpoints_.Step(instance, now);
       game_messages_.Expire(instance, now);
+      (void)StoreUpgradeEnd(now, instance, upgrades_.EndAbandoned(instance, now));  // tried again at the next
     }
     instances_.WithdrawLate(instance, now);
   }
@@ -431,6 +433,49 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   instances_.Entered(*instance, state, now);
   reconciler_.Reconcile(now, *instance);
   return ViewOf(*state_, *instance);
+}
+
+absl::StatusOr<v1::Instance> Cluster::BeginUpgrade(Now now, const std::string& id, bool validate_only) {
+  const auto found = FindRunning(*state_, id);
+  if (!found.ok()) return found.status();
+  auto begun = Ask(now, **found, Upgrades::Begin(**found, now), validate_only);
+  if (begun.ok() && !validate_only) upgrades_.Begun((*found)->number);
+  return begun;
+}
+
+absl::StatusOr<std::optional<std::uint64_t>> Cluster::UpgradeTick(const std::string& id) const {
+  const InstanceEntry* instance = state().FindInstance(id);
+  if (instance == nullptr) return NoInstance("id", id);
+  if (!instance->record.has_upgrade() || instance->record.state() != v1::INSTANCE_STATE_RUNNING) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", id, " is not being upgraded any more"));
+  }
+  return Upgrades::Tick(*instance);
+}
+
+absl::StatusOr<v1::Instance> Cluster::FinishUpgrade(Now now, const std::string& id, const records::Manifest& manifest,
+                                                    const Contents& contents) {
+  if (const auto tick = UpgradeTick(id); !tick.ok()) return tick.status();
+  InstanceEntry& instance = *state_->FindInstance(id);
+  const auto next = upgrades_.End(instance, absl::StrCat("upgraded: begins anew after tick ", manifest.tick()), now);
+  // Workers hear of both at once: no tick is made between them.
+  if (absl::Status status = state_->StoreInstance(instance, *next); !status.ok()) return status;
+  auto restored = Restore(now, id, manifest, contents, false);
+  if (!restored.ok()) {
+    state_->MarkOrders(instance);
+    state_->MarkChanged(instance);
+    reconciler_.Reconcile(now, instance);
+  }
+  return restored;
+}
+
+absl::Status Cluster::EndUpgrade(Now now, const std::string& id, const std::string& why) {
+  InstanceEntry* instance = state_->FindInstance(id);
+  if (instance == nullptr) return absl::OkStatus();
+  return StoreUpgradeEnd(now, *instance, upgrades_.End(*instance, why, now));
+}
+
+absl::Status Cluster::StoreUpgradeEnd(Now now, InstanceEntry& instance, const std::optional<records::Instance>& next) {
+  return Ask(now, instance, next, false).status();
 }
 
 bool Cluster::RestoreWanted(const std::string& id) const {

@@ -45,6 +45,7 @@
 #include "control_plane/cluster/recovery.h"
 #include "control_plane/cluster/revocations.h"
 #include "control_plane/cluster/tickets.h"
+#include "control_plane/cluster/upgrades.h"
 #include "control_plane/cluster/visuals.h"
 #include "control_plane/cluster/worker_reports.h"
 #include "control_plane/control_settings.h"
@@ -154,6 +155,16 @@ class Cluster {
   // No checkpoint is whole: the instance has FAILED.
   void CannotRestore(Now now, const std::string& id, const std::string& why);
 
+  // --- Upgrades: see upgrades.h. The caller makes the checkpoint of the tick after which the world stands.
+  absl::StatusOr<v1::Instance> BeginUpgrade(Now now, const std::string& id, bool validate_only);
+  // Nothing yet: not all of it stands. FAILED_PRECONDITION: it is not being upgraded any more.
+  absl::StatusOr<std::optional<std::uint64_t>> UpgradeTick(const std::string& id) const;
+  // The world begins anew, from the checkpoint.
+  absl::StatusOr<v1::Instance> FinishUpgrade(Now now, const std::string& id, const records::Manifest& manifest,
+                                             const Contents& contents);
+  // It comes to nothing, and the world goes on. Repeating it is fine.
+  absl::Status EndUpgrade(Now now, const std::string& id, const std::string& why);
+
   // --- Players: see instance_players.h.
   // The first step of a join: whether the instance lets such a request in, and the ticket, if it has one, which is used
   // up by it. `stranger`: the caller has proved nothing else. Errors are those of CheckGuest, Tickets and Bans.
@@ -192,6 +203,7 @@ class Cluster {
   void HoldBack(StreamId stream, const v1::AgentMessage& message);
   void StepRecovery(Now now);
   void Forget(std::uint64_t number);
+  absl::Status StoreUpgradeEnd(Now now, InstanceEntry& instance, const std::optional<records::Instance>& next);
   void NoteTime(Now now);
   void NoteGameDeath(const HostEntry& host, const v1::WorkerExited& exited, InstanceNumbers& touched);
   void NoteHeard(Now now, HostEntry& host);
@@ -221,6 +233,7 @@ class Cluster {
   GameEvents game_events_;
   GameMessages game_messages_;
   Visuals visuals_;
+  Upgrades upgrades_;
   Reconciler reconciler_;
   DesiredSets desired_sets_;
   Recovery recovery_;

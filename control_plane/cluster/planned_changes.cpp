@@ -50,16 +50,6 @@ std::chrono::nanoseconds UntilNextChange(const InstanceEntry& instance) {
   return wait;
 }
 
-// The tick after which all regions of a paused world stand, as they have reported: who goes by the map of the pause
-// makes no tick any more.
-std::optional<std::uint64_t> StandingTick(const InstanceEntry& instance) {
-  const auto stands = [&](const WorkerEntry& worker) {
-    return worker.report.tick() == instance.workers.front().report.tick();
-  };
-  const bool all = !instance.workers.empty() && AllRunByMap(instance) && std::ranges::all_of(instance.workers, stands);
-  return all ? std::optional(instance.workers.front().report.tick()) : std::nullopt;
-}
-
 bool OwnsCells(const v1::PartitionMap& map, std::uint32_t region) {
   return std::any_of(map.cells().begin(), map.cells().end(),
                      [region](const v1::Cell& cell) { return cell.owner() == region; });
@@ -81,6 +71,14 @@ bool Hears(const InstanceEntry& instance, std::uint32_t region, std::uint32_t ot
 }
 
 }  // namespace
+
+std::optional<std::uint64_t> StandingTick(const InstanceEntry& instance) {
+  const auto stands = [&](const WorkerEntry& worker) {
+    return worker.report.tick() == instance.workers.front().report.tick();
+  };
+  const bool all = !instance.workers.empty() && AllRunByMap(instance) && std::ranges::all_of(instance.workers, stands);
+  return all ? std::optional(instance.workers.front().report.tick()) : std::nullopt;
+}
 
 // --- What is asked for.
 

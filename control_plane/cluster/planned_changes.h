@@ -109,4 +109,8 @@ class PlannedChanges {
   CutLinks cut_links_;
 };
 
+// The tick after which all regions of a paused world stand, as they have reported: who goes by the map of the pause
+// makes no tick any more. Nothing while they do not.
+std::optional<std::uint64_t> StandingTick(const InstanceEntry& instance);
+
 }  // namespace tessera::control

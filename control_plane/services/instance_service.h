@@ -206,6 +206,12 @@ class InstanceFilesImpl : public InstanceServiceImpl {
     return Answer(context, "InstanceService/RestoreInstance", CallKind::kCommand, Instance(request->id()),
                   [&] { return Take(plane_.RestoreInstance(*request), response); });
   }
+  grpc::Status UpgradeInstance(grpc::ServerContext* context, const v1::UpgradeInstanceRequest* request,
+                               v1::UpgradeInstanceResponse* response) override {
+    return Answer(context, "InstanceService/UpgradeInstance", CallKind::kCommand, Instance(request->id()), [&] {
+      return Take(plane_.UpgradeInstance(*request, [context] { return context->IsCancelled(); }), response);
+    });
+  }
   grpc::Status ExportCheckpoint(grpc::ServerContext* context, const v1::ExportCheckpointRequest* request,
                                 grpc::ServerWriter<v1::ExportCheckpointResponse>* writer) override {
     return Answer(context, "InstanceService/ExportCheckpoint", CallKind::kCommand, Instance(request->id()),

@@ -132,6 +132,47 @@ TEST_F(CheckpointTest, OneThatIsAskedForAmidAChangeComesAfterIt) {
   EXPECT_EQ(MakeCheckpoint().regions(), 3u);
 }
 
+TEST_F(CheckpointTest, AnUpgradedWorldBeginsAnewInTheNextTickAndItsPlayersComeBack) {
+  Start({.scene = "", .regions = 4, .bots = 0, .hosts = 2, .capacity = 8});
+  ASSERT_TRUE(PlayUntilProtected());
+  const auto ann = local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), "ann", 3);
+  ASSERT_TRUE(ann.ok()) << ann.status();
+  client::Client& client = (*ann)->client();
+  const BodyId body = client.own_body();
+  std::vector<client::ClientEvent> events;
+  const auto play = [&] {
+    const bool going = (*ann)->Frame(client::Clock::now());
+    events.insert(events.end(), (*ann)->events().begin(), (*ann)->events().end());
+    return going;
+  };
+  ASSERT_TRUE(PlayUntil("she walks", [&] { return play() && client.last_applied_input() > 60; }));
+  const auto pids = Pids();
+  const Tick before = client.tick();
+  const support::RunResult upgraded = Tessera({"instance", "upgrade", run_->instance_id()});
+  ASSERT_EQ(upgraded.exit_code, 0) << upgraded.err;
+  EXPECT_THAT(upgraded.out, HasSubstr("upgraded: it begins anew after tick "));
+  ASSERT_TRUE(PlayUntil("other workers", [&] {
+    const auto now = Pids();
+    return play() && IsSettled() && now.size() == pids.size() &&
+           std::ranges::none_of(now, [&](const auto& at) { return pids.at(at.first) == at.second; });
+  }));
+  EXPECT_EQ(run_->Latest().lost_ticks(), 0u);
+  EXPECT_EQ(run_->Latest().failovers(), 0u);
+  ASSERT_TRUE(PlayUntil("she walks on among all others", [&] {
+    return play() && client.tick() > before + 60 && client.World().contains(body) && client.World().size() > kBodies;
+  }));
+  EXPECT_EQ(client.own_body(), body);
+  using Kind = client::ClientEvent::Kind;
+  EXPECT_GE(std::ranges::count(events, Kind::kGrantNeeded, &client::ClientEvent::kind), 1);
+
+  // One that stands stays so.
+  ASSERT_EQ(Tessera({"instance", "pause", run_->instance_id()}).exit_code, 0);
+  ASSERT_TRUE(PlayUntil("it stands", [&] { return play() && run_->Latest().state() == v1::INSTANCE_STATE_PAUSED; }));
+  const support::RunResult standing = Tessera({"instance", "upgrade", run_->instance_id(), "--wait"});
+  ASSERT_EQ(standing.exit_code, 0) << standing.err;
+  EXPECT_EQ(run_->Latest().state(), v1::INSTANCE_STATE_PAUSED);
+}
+
 TEST_F(CheckpointTest, ADamagedCheckpointIsRefusedByNameAndTheOneBeforeItIsUsed) {
   Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
   ASSERT_TRUE(PlayUntilProtected());
