@@ -10,7 +10,6 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::chrono::milliseconds kTrafficWindow{1000}, kTrafficStep{50};
 // Connections at once: a region that comes back takes a new one while the old one fades, and maps may grow.
 constexpr std::size_t kSpareConnections = 64, kMaxConnections = 4095;
 // Datagrams that a poll receives at most, and for each connection as many again. Far more than a region sends between
@@ -117,13 +116,12 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   if (me.state == ClientState::kEnded) return std::exchange(me.events, {});
   const TimePoint begin = Clock::now();
   me.since_last_poll = me.last_poll.has_value() ? now - *me.last_poll : std::chrono::nanoseconds(0);
-  if (me.last_poll.has_value()) me.frame_time.Add(me.since_last_poll);
+  me.figures.BeginPoll(me.last_poll ? std::optional(me.since_last_poll) : std::nullopt);
   me.last_poll = now;
-  me.work.now = 0;
   me.leaving_tiles.clear();
   if (me.replay) {
     me.PlayBack(now);
-    me.MeasureRates(now);
+    me.figures.MeasureRates(now);
     return std::exchange(me.events, {});
   }
   me.Receive(now);
@@ -150,15 +148,9 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   }
   me.network.Flush();
   me.RecordEvents(now);
-  me.MeasureRates(now);
-  me.network_time.Add(Clock::now() - begin);
+  me.figures.MeasureRates(now);
+  me.figures.EndPoll(Clock::now() - begin);
   return std::exchange(me.events, {});
-}
-
-void Client::Impl::MeasureRates(TimePoint now) {
-  if (!traffic.empty() && now - traffic.back().time < kTrafficStep) return;
-  traffic.push_back({now, bytes_in, bytes_out});
-  while (now - traffic.front().time > kTrafficWindow) traffic.pop_front();
 }
 
 std::vector<ShownBody> Client::Interpolated(TimePoint now) {
@@ -168,7 +160,7 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
   std::vector<ShownBody> shown = impl_->world.At(tick, impl_->session.tick_rate_hz);
   impl_->ShowOnPaths(tick, shown);
   impl_->ShowPredicted(now, shown);
-  impl_->update_time.Add(Clock::now() - begin);
+  impl_->figures.Interpolated(Clock::now() - begin);
   return shown;
 }
 
@@ -242,17 +234,7 @@ void Client::SimulateNetwork(const NetworkConditions& conditions) { impl_->netwo
 ClientStats Client::Impl::Stats() const {
   const Impl& me = *this;
   ClientStats stats;
-  stats.bytes_in = me.bytes_in;
-  stats.bytes_out = me.bytes_out;
-  if (me.traffic.size() > 1) {
-    const double span_s = std::chrono::duration<double>(me.traffic.back().time - me.traffic.front().time).count();
-    stats.bytes_in_per_s = static_cast<double>(me.traffic.back().in - me.traffic.front().in) / span_s;
-    stats.bytes_out_per_s = static_cast<double>(me.traffic.back().out - me.traffic.front().out) / span_s;
-  }
-  stats.datagrams_lost = me.dropped.datagrams_lost;
-  stats.datagrams_passed_over = me.dropped.datagrams_passed_over;
-  stats.decode_errors = me.dropped.decode_errors;
-  stats.reconnects = me.dropped.reconnects;
+  me.figures.AddTo(stats);
   for (const RegionConnection& connection : me.connections) {
     stats.regions.push_back(connection.Stats(me.network));
     stats.datagrams_lost += stats.regions.back().datagrams_lost;
@@ -263,9 +245,6 @@ ClientStats Client::Impl::Stats() const {
     if (connection.welcomed() && (own || stats.round_trip_s == 0))
       stats.round_trip_s = stats.regions.back().round_trip_s;
   }
-  stats.full_records = me.full_records;
-  stats.delta_records = me.delta_records;
-  stats.inputs_refused = me.inputs_refused;
   stats.bodies = me.world.bodies().size();
   stats.tick_rate_hz = me.playout.tick_rate_hz();
   stats.snapshot_delay_s = me.playout.delay_s();
@@ -276,8 +255,6 @@ ClientStats Client::Impl::Stats() const {
     stats.corrections = me.predictor->corrections();
     stats.last_correction_m = me.predictor->last_correction_m();
   }
-  stats.work_units = me.work.now;
-  stats.most_work_units = me.work.most;
   if (me.tiles) {
     stats.tiles = me.tiles->here();
     stats.tile_bytes = me.tiles->bytes_here();
@@ -286,9 +263,6 @@ ClientStats Client::Impl::Stats() const {
   }
   stats.predicting = me.predictor && me.predictor->running();
   stats.playout_jumps = me.playout.jumps();
-  stats.frame_time = me.frame_time.Summary();
-  stats.network_time = me.network_time.Summary();
-  stats.update_time = me.update_time.Summary();
   return stats;
 }
 

@@ -101,12 +101,7 @@ void Client::Impl::AddMissing() {
 
 std::vector<RegionConnection>::iterator Client::Impl::Drop(std::vector<RegionConnection>::iterator connection) {
   connection->Stop(network);
-  const RegionStats stats = connection->Stats(network);
-  dropped.datagrams += stats.datagrams;
-  dropped.datagrams_lost += stats.datagrams_lost;
-  dropped.datagrams_passed_over += stats.datagrams_passed_over;
-  dropped.decode_errors += stats.decode_errors;
-  dropped.reconnects += stats.reconnects;
+  figures.Dropped(connection->Stats(network));
   return connections.erase(connection);
 }
 

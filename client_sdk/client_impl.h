@@ -1,9 +1,7 @@
 // Inside of Client. Not for others.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +11,7 @@
 
 #include "client_sdk/client.h"
 #include "client_sdk/client_endpoint.h"
+#include "client_sdk/client_figures.h"
 #include "client_sdk/command_queue.h"
 #include "client_sdk/event_inbox.h"
 #include "client_sdk/input_clock.h"
@@ -35,15 +34,6 @@ namespace tessera::client {
 // Work of a poll, beside receiving and predicting, on what takes many: a scene that is read, ground that is looked for
 // and built. About a millisecond; the first polls do so much, and all later ones no more.
 inline constexpr std::int64_t kUnitsAPoll = 100'000;
-
-// Counts that work.
-struct WorkCount {
-  std::int64_t now = 0, most = 0;  // in the poll under way, and in any
-  void Add(std::int64_t units) {
-    now += units;
-    most = std::max(most, now);
-  }
-};
 
 // The terms that a client goes by, however it joined.
 struct Client::Settings {
@@ -157,14 +147,7 @@ struct Client::Impl {
   void ChangeWorld(PropertySet changed);
   void SendCommands(TimePoint now);
 
-  void Sent(std::size_t bytes) { bytes_out += bytes; }
-  void MeasureRates(TimePoint now);
   ClientStats Stats() const;
-
-  struct Traffic {
-    TimePoint time;
-    std::uint64_t in = 0, out = 0;
-  };
 
   Settings settings;
   Session session;
@@ -218,7 +201,7 @@ struct Client::Impl {
   BodyId moved_by_game;                        // a body of the player's that a function of the game has moved; 0: none
   const tessera_movement* movement = nullptr;  // the program's, until the scene is here and says whether it fits
   std::vector<const BodyDef*> on_paths;        // those of the scene, ascending by id
-  WorkCount work;
+  ClientFigures figures;
 
   CommandQueue commands;
   EventInbox inbox;
@@ -234,10 +217,6 @@ struct Client::Impl {
 
   std::chrono::nanoseconds since_last_poll{0};  // at the beginning of the Poll under way
   std::optional<TimePoint> joined_by, last_poll, silent_since;
-  std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;
-  RegionStats dropped;          // sums over connections that are no more
-  std::deque<Traffic> traffic;  // over the last second
-  DurationStats frame_time, network_time, update_time;
 };
 
 }  // namespace tessera::client

@@ -81,7 +81,7 @@ void Client::Impl::Correct() {
   } else {
     WorkBudget budget(kUnitsAPoll);
     predictor->Prepare(own->second.state, budget);
-    work.Add(budget.spent());
+    figures.Work(budget.spent());
   }
   if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
   correct_to.reset();
@@ -166,7 +166,7 @@ void Client::Impl::SendInputs(TimePoint now) {
       const BodyId moved = body == PlayerBodyId(session.player) ? Own() : body;
       return world.OwnerOf(moved).value_or(connection.region()) == connection.region();
     };
-    Sent(connection.Send(now, network, due ? inputs.Select(is_its_own) : std::vector<PlayerInput>()));
+    figures.Sent(connection.Send(now, network, due ? inputs.Select(is_its_own) : std::vector<PlayerInput>()));
   }
   if (due) inputs.Sent(now);
 }

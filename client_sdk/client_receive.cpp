@@ -74,7 +74,7 @@ void Client::Impl::Receive(TimePoint now) {
   const std::vector<net::Event> arrived = network.Service(now);
   const std::map<net::PeerHandle, Tick> worth_reading = OldestToRead(arrived);
   for (const net::Event& event : arrived) {
-    work.Add(kUnitsToReceive);
+    figures.Work(kUnitsToReceive);
     RegionConnection* connection = ConnectionOf(event.peer);
     if (connection == nullptr) continue;  // dropped earlier in this very batch
     if (const auto tick = TickOfSnapshot(event); tick && *tick < worth_reading.at(event.peer)) {
@@ -112,7 +112,7 @@ void Client::Impl::OnEvent(TimePoint now, RegionConnection& connection, const ne
     case net::Event::Kind::kFloods:
       return;  // comes from accepted peers alone
     case net::Event::Kind::kMessage:
-      bytes_in += event.bytes.size();
+      figures.Received(event.bytes.size());
       return event.delivery == net::Delivery::kReliable ? OnControl(now, connection, event.bytes)
                                                         : OnSnapshot(now, connection, event.bytes);
   }
@@ -153,7 +153,7 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
 }
 
 void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::InputRefusal& refusal) {
-  ++inputs_refused;
+  figures.InputRefused();
   events.push_back({.kind = ClientEvent::Kind::kInputRefused,
                     .body = BodyId(refusal.body),
                     .region = connection.region(),
@@ -325,11 +325,10 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   if (fetch) return;  // nothing says yet how to read it; it is not acknowledged, so it comes again
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
-  work.Add(kUnitsToRead + kUnitsToTakeABody * std::ssize(snapshot->bodies));
+  figures.Work(kUnitsToRead + kUnitsToTakeABody * std::ssize(snapshot->bodies));
   if (back_from_silence && snapshot->tick + session.tick_rate_hz < newest_tick) StartOver(now);
   back_from_silence = false;
-  full_records += snapshot->full_records;
-  delta_records += snapshot->bodies.size() - snapshot->full_records;
+  figures.TookRecords(snapshot->full_records, snapshot->bodies.size() - snapshot->full_records);
   newest_tick = std::max(newest_tick, snapshot->tick);
   last_applied_input = std::max(last_applied_input, snapshot->last_input);
   if (snapshot->last_input >= next_input) {  // made by an earlier client of this player: ours would pass for late
@@ -341,7 +340,7 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   if (recorder) recorder->Snapshot(now, connection.region(), *snapshot);
   world.Take(now, connection.region(), *snapshot, events);
   NoteApplied(now, connection, *snapshot);
-  if (connection.AcknowledgementUrgent()) Sent(connection.Send(now, network, {}));
+  if (connection.AcknowledgementUrgent()) figures.Sent(connection.Send(now, network, {}));
 }
 
 }  // namespace tessera::client

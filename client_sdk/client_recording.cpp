@@ -185,8 +185,8 @@ void Client::Impl::PlayStep(Replay::Step step) {
   if (auto* snapshot = std::get_if<Replay::Snapshot>(&step.what)) {
     newest_tick = std::max(newest_tick, snapshot->received.tick);
     last_applied_input = std::max(last_applied_input, snapshot->received.last_input);
-    full_records += snapshot->received.full_records;
-    delta_records += snapshot->received.bodies.size() - snapshot->received.full_records;
+    figures.TookRecords(snapshot->received.full_records,
+                        snapshot->received.bodies.size() - snapshot->received.full_records);
     playout.Arrived(step.at, snapshot->received.tick);
     world.Take(step.at, snapshot->region, snapshot->received, events);
   } else if (const auto* change = std::get_if<RegionEntry>(&step.what)) {

@@ -84,7 +84,7 @@ void Client::Impl::ReadScene(TimePoint now) {
       EnterScene(now, *std::move(scene), index);
     }
   }
-  work.Add(budget.spent());
+  figures.Work(budget.spent());
 }
 
 // One region sends the scene. If it dies or falls silent, the next one goes on where it was.
@@ -111,7 +111,7 @@ void Client::Impl::AskForScene(TimePoint now) {
                  .scene_hash = fetch->scene_hash(),
                  .offset = fetch->offset()};
     }
-    Sent(connection.AskForScene(now, network, request));
+    figures.Sent(connection.AskForScene(now, network, request));
   }
 }
 

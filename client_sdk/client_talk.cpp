@@ -128,7 +128,7 @@ void Client::Impl::SendCommands(TimePoint now) {
   const BodyId own = Own();
   for (RegionConnection& connection : connections) {
     if (world.OwnerOf(own).value_or(connection.region()) != connection.region()) continue;
-    Sent(connection.SendCommands(now, network, bytes));
+    figures.Sent(connection.SendCommands(now, network, bytes));
   }
 }
 

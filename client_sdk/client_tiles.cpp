@@ -42,7 +42,7 @@ void Client::Impl::ReadTiles(TimePoint now) {
   WorkBudget budget(kTileUnitsAPoll);
   tiles->Look(TilePlaces());
   tiles->Work(now, budget);
-  work.Add(budget.spent());
+  figures.Work(budget.spent());
   for (auto& [tile, content] : tiles->TakeGone()) {
     if (predictor) predictor->DropTile(tile);
     leaving_tiles.push_back(std::move(content));
@@ -81,7 +81,7 @@ void Client::Impl::AskForTiles(TimePoint now) {
   if (!hash.ok()) return;
   for (RegionConnection& connection : connections) {
     const bool sends = tile_source == connection.region();
-    Sent(connection.AskForTiles(now, network, *hash, sends ? wishes : std::vector<TileStore::Wish>{}));
+    figures.Sent(connection.AskForTiles(now, network, *hash, sends ? wishes : std::vector<TileStore::Wish>{}));
   }
 }
 
