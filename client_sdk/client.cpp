@@ -35,8 +35,7 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
       session(std::move(session_in)),
       network(std::move(endpoint)),
       world(session.tick_rate_hz, SnapshotTicks(session)),
-      playout(session.tick_rate_hz, session.snapshot_rate_hz),
-      clock{.paused = false, .ticks_per_second = static_cast<double>(session.tick_rate_hz)} {
+      time(session.tick_rate_hz, session.snapshot_rate_hz) {
   network.Simulate(settings.network);
   steering.body = PlayerBodyId(session.player);
   const std::shared_ptr<const Scene> scene = std::exchange(session.scene, NoScene());
@@ -126,7 +125,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   }
   me.Receive(now);
   me.Correct();
-  if (me.predictor) me.predictor->ExpireThrown(now, me.clock.paused);
+  if (me.predictor) me.predictor->ExpireThrown(now, me.time.clock().paused);
   me.TellOfThrown();
   if (me.state != ClientState::kEnded) {
     me.ReadScene(now);
@@ -155,8 +154,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
 
 std::vector<ShownBody> Client::Interpolated(TimePoint now) {
   const TimePoint begin = Clock::now();
-  const double tick = impl_->playout.Advance(now);
-  impl_->shown_tick = tick;
+  const double tick = impl_->time.Advance(now);
   std::vector<ShownBody> shown = impl_->world.At(tick, impl_->session.tick_rate_hz);
   impl_->ShowOnPaths(tick, shown);
   impl_->ShowPredicted(now, shown);
@@ -189,8 +187,8 @@ std::vector<std::uint8_t> Client::return_token() const {
 }
 const Scene& Client::scene() const { return *impl_->session.scene; }
 const PartitionMap& Client::map() const { return impl_->session.map; }
-WorldClock Client::clock() const { return impl_->clock; }
-Tick Client::tick() const { return impl_->newest_tick; }
+WorldClock Client::clock() const { return impl_->time.clock(); }
+Tick Client::tick() const { return impl_->time.newest(); }
 std::uint32_t Client::last_applied_input() const { return impl_->last_applied_input; }
 const std::map<BodyId, SeenBody>& Client::World() const { return impl_->world.bodies(); }
 const BodyDef* Client::DefOf(BodyId body) const {
@@ -246,9 +244,10 @@ ClientStats Client::Impl::Stats() const {
       stats.round_trip_s = stats.regions.back().round_trip_s;
   }
   stats.bodies = me.world.bodies().size();
-  stats.tick_rate_hz = me.playout.tick_rate_hz();
-  stats.snapshot_delay_s = me.playout.delay_s();
-  stats.jitter_s = me.playout.jitter_s();
+  const PlayoutClock& playout = me.time.playout();
+  stats.tick_rate_hz = playout.tick_rate_hz();
+  stats.snapshot_delay_s = playout.delay_s();
+  stats.jitter_s = playout.jitter_s();
   stats.extrapolations = me.world.extrapolations();
   stats.input_margin_ticks = me.input_clock.margin_ticks();
   if (me.predictor) {
@@ -262,7 +261,7 @@ ClientStats Client::Impl::Stats() const {
     stats.last_tile_damage = me.tiles->last_damage();
   }
   stats.predicting = me.predictor && me.predictor->running();
-  stats.playout_jumps = me.playout.jumps();
+  stats.playout_jumps = playout.jumps();
   return stats;
 }
 

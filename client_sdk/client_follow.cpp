@@ -186,12 +186,7 @@ void Client::Impl::StartOver(TimePoint now) {
     if (connection.welcomed()) world.RegionBegins(now, connection.region());
   }
   pairs = PairBook();
-  playout = PlayoutClock(session.tick_rate_hz, session.snapshot_rate_hz);
-  if (clock.paused || clock.ticks_per_second != session.tick_rate_hz) {
-    playout.SetPace(now, clock.ticks_per_second, clock.paused);
-  }
-  newest_tick = Tick();
-  shown_tick = 0;
+  time.StartOver(now);
   last_applied_input = 0;
   applied.reset();
   correct_to.reset();

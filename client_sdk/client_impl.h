@@ -17,7 +17,6 @@
 #include "client_sdk/input_clock.h"
 #include "client_sdk/input_queue.h"
 #include "client_sdk/pair_book.h"
-#include "client_sdk/playout_clock.h"
 #include "client_sdk/predictor.h"
 #include "client_sdk/recorder.h"
 #include "client_sdk/region_connection.h"
@@ -25,6 +24,7 @@
 #include "client_sdk/scene_fetch.h"
 #include "client_sdk/session.h"
 #include "client_sdk/tile_store.h"
+#include "client_sdk/world_time.h"
 #include "client_sdk/world_view.h"
 #include "core/replication/region_message.h"
 #include "core/world/viewer_number.h"
@@ -175,19 +175,14 @@ struct Client::Impl {
   WorldView world;
   std::set<RegionId> lost_regions;  // regions that the caller knows to be lost, until they are back
   PairBook pairs;
-  PlayoutClock playout;
-  WorldClock clock;
-  std::uint64_t clock_tick = 0;  // tick of the message that set it
-  Tick newest_tick;
-  bool back_from_silence = false;  // no region was connected before the one that is; it may have another past
-  bool asked_for_grant = false;    // in the present silence
+  WorldTime time;
+  bool asked_for_grant = false;  // in the present silence
   std::uint32_t last_applied_input = 0;
 
   PlayerInput steering;                   // steering of the next inputs
   bool look_changed = false;              // since the last input
   std::uint32_t last_steering_input = 0;  // the last that asked for anything
   std::uint32_t next_input = 1;
-  double shown_tick = 0;  // the moment that Interpolated gave last; 0 before the first
   InputQueue inputs;
   InputClock input_clock;
   // The newest report of the own body's region: at `tick` it had applied `input`.

@@ -25,7 +25,7 @@ void Client::Impl::Push(const PlayerInput& asked) {
   PlayerInput input = AsSent(asked);
   input.number = next_input++;
   input.player = session.player;
-  input.shown_at = ShownAt(shown_tick);
+  input.shown_at = ShownAt(time.shown_tick());
   const bool own = input.body == PlayerBodyId(session.player);
   if (own && applied) input.target = applied->tick + (input.number - std::min(input.number, applied->input));
   inputs.Push(input);
@@ -50,11 +50,11 @@ void Client::Impl::MakeInputs(TimePoint now) {
   const auto own = world.bodies().find(Own());
   const bool moves = predictor && own != world.bodies().end() && !AtRest(own->second.state);
   const bool predicted = moves || (predictor && predictor->NeedsInputs());
-  if (!started || clock.paused || (!steers && !predicted)) {
+  if (!started || time.clock().paused || (!steers && !predicted)) {
     input_clock.Stop();
     return;
   }
-  for (int due = input_clock.Due(now, playout.tick_rate_hz()); due > 0; --due) {
+  for (int due = input_clock.Due(now, time.playout().tick_rate_hz()); due > 0; --due) {
     input_clock.Made(next_input);
     Push(steering);
   }
@@ -107,7 +107,7 @@ void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
   if (!predictor) return;
   // Whoever has heard nothing of the own body for long shows where it was to be, and knows no more than of others.
   const double silent_s = std::chrono::duration<double>(now - own_heard_at).count();
-  const bool stale = !clock.paused && silent_s * clock.ticks_per_second > kStaleAfter_ticks;
+  const bool stale = !time.clock().paused && silent_s * time.clock().ticks_per_second > kStaleAfter_ticks;
   auto at = shown.begin();
   std::vector<ShownBody> thrown;
   for (const PredictedBody& body : predictor->At(now, input_clock.Phase(now))) {

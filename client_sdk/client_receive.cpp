@@ -177,10 +177,7 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
                                                 " to player ", welcome.player)),
                "");
   }
-  if (std::ranges::none_of(connections, &RegionConnection::welcomed)) {
-    back_from_silence = true;  // until the first snapshot, whoever else is welcomed before it
-    clock_tick = 0;
-  }
+  if (std::ranges::none_of(connections, &RegionConnection::welcomed)) time.AfterSilence();
   connection.Welcomed();
   RegionChanged(now, connection.region(), RegionEntry::Change::kBegins);
   // One that is dialled for the first time, or at another address, was never lost.
@@ -192,17 +189,15 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
   if (welcome.started) Start();
 }
 
-// Every region reports a change, at the same tick; a report from before another one counts no more.
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::ClockNews& news) {
-  const double pace = news.ticks_per_second;
-  if (!(pace > 0 && pace <= session.tick_rate_hz)) return connection.CountError();
-  if (news.tick < clock_tick) return;
-  clock_tick = news.tick;
-  const WorldClock changed{.paused = news.paused, .ticks_per_second = pace};
-  if (changed == clock) return;
-  clock = changed;
-  playout.SetPace(now, pace, clock.paused);
-  events.push_back({.kind = ClientEvent::Kind::kClockChanged});
+  switch (time.Take(now, news)) {
+    case WorldTime::News::kMalformed:
+      return connection.CountError();
+    case WorldTime::News::kOld:
+      return;
+    case WorldTime::News::kChanged:
+      events.push_back({.kind = ClientEvent::Kind::kClockChanged});
+  }
 }
 
 void Client::Impl::Start() {
@@ -326,17 +321,15 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
   figures.Work(kUnitsToRead + kUnitsToTakeABody * std::ssize(snapshot->bodies));
-  if (back_from_silence && snapshot->tick + session.tick_rate_hz < newest_tick) StartOver(now);
-  back_from_silence = false;
+  if (time.GoesBack(snapshot->tick)) StartOver(now);
   figures.TookRecords(snapshot->full_records, snapshot->bodies.size() - snapshot->full_records);
-  newest_tick = std::max(newest_tick, snapshot->tick);
   last_applied_input = std::max(last_applied_input, snapshot->last_input);
   if (snapshot->last_input >= next_input) {  // made by an earlier client of this player: ours would pass for late
     next_input = snapshot->last_input + 1;
     inputs.Clear();
     input_clock.Stop();
   }
-  playout.Arrived(now, snapshot->tick);
+  time.Arrived(now, snapshot->tick);
   if (recorder) recorder->Snapshot(now, connection.region(), *snapshot);
   world.Take(now, connection.region(), *snapshot, events);
   NoteApplied(now, connection, *snapshot);

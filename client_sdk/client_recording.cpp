@@ -171,7 +171,7 @@ void Client::Impl::PlayBack(TimePoint now) {
     const TimePoint at = (*step)->at;
     PlayStep(**std::move(step));
     // As the frames would have been drawn, so that the moment that is shown is right at once.
-    if (catching_up) playout.Advance(at);
+    if (catching_up) time.Advance(at);
   }
   if (catching_up) KeepLastOfEachWorldProperty(events);
   catching_up = false;
@@ -183,11 +183,10 @@ void Client::Impl::PlayBack(TimePoint now) {
 void Client::Impl::PlayStep(Replay::Step step) {
   world.Expire(step.at, events);
   if (auto* snapshot = std::get_if<Replay::Snapshot>(&step.what)) {
-    newest_tick = std::max(newest_tick, snapshot->received.tick);
     last_applied_input = std::max(last_applied_input, snapshot->received.last_input);
     figures.TookRecords(snapshot->received.full_records,
                         snapshot->received.bodies.size() - snapshot->received.full_records);
-    playout.Arrived(step.at, snapshot->received.tick);
+    time.Arrived(step.at, snapshot->received.tick);
     world.Take(step.at, snapshot->region, snapshot->received, events);
   } else if (const auto* change = std::get_if<RegionEntry>(&step.what)) {
     RegionChanged(step.at, change->region, change->change);

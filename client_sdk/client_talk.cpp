@@ -136,7 +136,7 @@ absl::Status Client::Send(std::string_view bytes) {
   if (impl_->replay) return absl::FailedPreconditionError("a recording takes no commands");
   if (impl_->Watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
-  return impl_->commands.Push(bytes, ShownAt(impl_->shown_tick));
+  return impl_->commands.Push(bytes, ShownAt(impl_->time.shown_tick()));
 }
 
 absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_view command) {
@@ -164,17 +164,17 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   if (!(Length(from_own) <= kMostFromOwn_m)) {
     return absl::InvalidArgumentError(absl::StrCat("position: is more than ", kMostFromOwn_m, " m from the own body"));
   }
-  if (me.clock.paused) return absl::FailedPreconditionError("the world is paused");
+  if (me.time.clock().paused) return absl::FailedPreconditionError("the world is paused");
   if (me.predictor->thrown() >= kMaxPredictedSpawns) {
     return absl::ResourceExhaustedError(absl::StrCat(kMaxPredictedSpawns, " bodies are predicted already"));
   }
-  const absl::Status sent = me.commands.Push(command, ShownAt(me.shown_tick), me.next_input);
+  const absl::Status sent = me.commands.Push(command, ShownAt(me.time.shown_tick()), me.next_input);
   if (!sent.ok()) return sent;
   // The world's ticks may be long: slow motion.
   const double ticks =
       game::kMaxCommandWait_ticks + kAwaited_snapshots * me.session.tick_rate_hz / me.session.snapshot_rate_hz;
-  const std::chrono::duration<double> awaited(me.Stats().round_trip_s +
-                                              std::max(kAwaited_s, ticks / std::max(1.0, me.clock.ticks_per_second)));
+  const std::chrono::duration<double> awaited(
+      me.Stats().round_trip_s + std::max(kAwaited_s, ticks / std::max(1.0, me.time.clock().ticks_per_second)));
   const TimePoint until = *me.last_poll + std::chrono::duration_cast<Clock::duration>(awaited);
   SpawnAsk made = ask;
   made.motion.rotation = Normalized(ask.motion.rotation);
