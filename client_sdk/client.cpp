@@ -34,10 +34,11 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
     : settings(std::move(settings_in)),
       session(std::move(session_in)),
       network(std::move(endpoint)),
+      own(session.player),
       world(session.tick_rate_hz, SnapshotTicks(session)),
       time(session.tick_rate_hz, session.snapshot_rate_hz) {
   network.Simulate(settings.network);
-  steering.body = PlayerBodyId(session.player);
+  steering.body = own.player_body();
   const std::shared_ptr<const Scene> scene = std::exchange(session.scene, NoScene());
   for (const RegionEndpoint& region : session.regions) {
     endpoints.emplace(region.region, region);
@@ -98,11 +99,12 @@ absl::Status Client::Renew(std::span<const std::uint8_t> grant) {
     return absl::InvalidArgumentError(
         absl::StrCat("grant: is for instance ", instance, ", not for ", impl_->settings.instance_id));
   }
-  if (read->player != impl_->session.player && !(IsViewer(read->player) && impl_->Watches())) {
+  OwnBody& own = impl_->own;
+  if (read->player != own.player() && !(IsViewer(read->player) && own.watches())) {
     return absl::InvalidArgumentError(
-        absl::StrCat("grant: is for player ", read->player.value(), ", not for ", impl_->session.player.value()));
+        absl::StrCat("grant: is for player ", read->player.value(), ", not for ", own.player().value()));
   }
-  if (impl_->Watches()) impl_->session.player = read->player;
+  if (own.watches()) own.Renumber(read->player);
   impl_->Renew(SessionFrom(*std::move(read)));
   return absl::OkStatus();
 }
@@ -163,7 +165,7 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
 }
 
 absl::Status Client::Leave(std::chrono::milliseconds deadline) {
-  if (impl_->replay || impl_->Watches()) {
+  if (impl_->replay || impl_->own.watches()) {
     impl_->End(absl::OkStatus(), "left");
     (void)impl_->EndRecording();
     return absl::OkStatus();
@@ -179,10 +181,10 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
 ClientState Client::state() const { return impl_->state; }
 absl::Status Client::reason() const { return impl_->reason; }
 bool Client::needs_new_grant() const { return impl_->needs_new_grant; }
-PlayerNumber Client::player() const { return impl_->Watches() ? PlayerNumber() : impl_->session.player; }
-BodyId Client::own_body() const { return impl_->Watches() ? BodyId() : impl_->Own(); }
+PlayerNumber Client::player() const { return impl_->own.watches() ? PlayerNumber() : impl_->own.player(); }
+BodyId Client::own_body() const { return impl_->own.watches() ? BodyId() : impl_->own.id(); }
 std::vector<std::uint8_t> Client::return_token() const {
-  if (impl_->replay || impl_->Watches()) return {};
+  if (impl_->replay || impl_->own.watches()) return {};
   return ReturnTokenOf(impl_->session.credentials);
 }
 const Scene& Client::scene() const { return *impl_->session.scene; }
@@ -239,8 +241,8 @@ ClientStats Client::Impl::Stats() const {
     stats.datagrams_passed_over += stats.regions.back().datagrams_passed_over;
     stats.decode_errors += stats.regions.back().decode_errors;
     stats.reconnects += stats.regions.back().reconnects;
-    const bool own = me.world.OwnerOf(me.Own()) == connection.region();
-    if (connection.welcomed() && (own || stats.round_trip_s == 0))
+    const bool owner = me.world.OwnerOf(me.own.id()) == connection.region();
+    if (connection.welcomed() && (owner || stats.round_trip_s == 0))
       stats.round_trip_s = stats.regions.back().round_trip_s;
   }
   stats.bodies = me.world.bodies().size();

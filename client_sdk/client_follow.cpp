@@ -111,24 +111,14 @@ bool Client::Impl::Near(RegionId region, double more_m) const {
 
 // Whether bodies of the region may be within the radius of interest and `more_m`.
 bool Client::Impl::Touches(RegionId region, double more_m) const {
-  if (Watches()) return true;
-  const std::optional<Vec3d> centre = OwnPosition();
+  if (own.watches()) return true;
+  const std::optional<Vec3d> centre = own.Position(world, *session.scene);
   if (!centre.has_value()) return true;
   const double radius = interest_radius_m + more_m;
   const Vec3d reach{radius, 0, radius};
   if (session.map.Reaches(region, {*centre - reach, *centre + reach})) return true;
   // The owner of the own body stays connected wherever the map has it: a handover may be under way.
-  return world.OwnerOf(Own()) == region;
-}
-
-std::optional<Vec3d> Client::Impl::OwnPosition() const {
-  const auto own = world.bodies().find(Own());
-  if (own != world.bodies().end()) return own->second.state.position;
-  if (spectator_view) return spectator_view;
-  if (!session.scene->player) return std::nullopt;
-  const std::vector<Vec3d>& spawns = session.scene->player->spawn_points;
-  if (spawns.empty()) return std::nullopt;
-  return spawns[(session.player.value() - 1) % spawns.size()];
+  return world.OwnerOf(own.id()) == region;
 }
 
 void Client::Impl::CheckProgress(TimePoint now) {

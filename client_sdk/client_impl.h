@@ -16,6 +16,7 @@
 #include "client_sdk/event_inbox.h"
 #include "client_sdk/input_clock.h"
 #include "client_sdk/input_queue.h"
+#include "client_sdk/own_body.h"
 #include "client_sdk/pair_book.h"
 #include "client_sdk/predictor.h"
 #include "client_sdk/recorder.h"
@@ -27,7 +28,6 @@
 #include "client_sdk/world_time.h"
 #include "client_sdk/world_view.h"
 #include "core/replication/region_message.h"
-#include "core/world/viewer_number.h"
 
 namespace tessera::client {
 
@@ -108,10 +108,6 @@ struct Client::Impl {
   void AddMissing();
   bool Near(RegionId region, double more_m) const;
   bool Touches(RegionId region, double more_m) const;
-  bool Watches() const { return IsViewer(session.player); }
-  // The body that the inputs move, or that stands aside while none does.
-  BodyId Own() const { return controlled == BodyId() ? PlayerBodyId(session.player) : controlled; }
-  std::optional<Vec3d> OwnPosition() const;
   std::vector<RegionConnection>::iterator Drop(std::vector<RegionConnection>::iterator connection);
   void CheckProgress(TimePoint now);
   void EndJoining();
@@ -172,6 +168,7 @@ struct Client::Impl {
   bool needs_new_grant = false;
   std::vector<ClientEvent> events;  // the result of the Poll under way
 
+  OwnBody own;
   WorldView world;
   std::set<RegionId> lost_regions;  // regions that the caller knows to be lost, until they are back
   PairBook pairs;
@@ -193,15 +190,12 @@ struct Client::Impl {
   std::optional<Applied> applied, correct_to;
   TimePoint own_heard_at{};  // when the newest report came
   std::optional<Predictor> predictor;
-  BodyId moved_by_game;                        // a body of the player's that a function of the game has moved; 0: none
   const tessera_movement* movement = nullptr;  // the program's, until the scene is here and says whether it fits
   std::vector<const BodyDef*> on_paths;        // those of the scene, ascending by id
   ClientFigures figures;
 
   CommandQueue commands;
   EventInbox inbox;
-  BodyId controlled;                                   // another body, which the inputs move; 0: none
-  std::optional<Vec3d> spectator_view;                 // while the own body is out of the world
   std::optional<replication::NewsOfWorld> world_news;  // the newest
   PropertySet world_changed;                           // by it, once the scene is here
 

@@ -24,12 +24,12 @@ constexpr double kStaleAfter_ticks = 60;
 void Client::Impl::Push(const PlayerInput& asked) {
   PlayerInput input = AsSent(asked);
   input.number = next_input++;
-  input.player = session.player;
+  input.player = own.player();
   input.shown_at = ShownAt(time.shown_tick());
-  const bool own = input.body == PlayerBodyId(session.player);
-  if (own && applied) input.target = applied->tick + (input.number - std::min(input.number, applied->input));
+  const bool its_own = input.body == own.player_body();
+  if (its_own && applied) input.target = applied->tick + (input.number - std::min(input.number, applied->input));
   inputs.Push(input);
-  if (own && predictor) predictor->Add(input);
+  if (its_own && predictor) predictor->Add(input);
 }
 
 bool Client::Impl::IsSteering() const {
@@ -40,15 +40,15 @@ bool Client::Impl::IsSteering() const {
 // While the player steers, one input a tick. A predicted body that moves needs them too: they give the tick that is
 // shown. A character needs some that say that steering has ended, or that the player looks elsewhere.
 void Client::Impl::MakeInputs(TimePoint now) {
-  if (Watches() || fetch) return;
+  if (own.watches() || fetch) return;
   if (IsSteering() || look_changed) last_steering_input = next_input;
   look_changed = false;
   const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();
-  const bool goes_on = character || moved_by_game == Own();
+  const bool goes_on = character || own.MovedByGame();
   const bool ending = goes_on && last_steering_input != 0 && next_input - last_steering_input < kEndingInputs;
   const bool steers = IsSteering() || ending;
-  const auto own = world.bodies().find(Own());
-  const bool moves = predictor && own != world.bodies().end() && !AtRest(own->second.state);
+  const auto seen = world.bodies().find(own.id());
+  const bool moves = predictor && seen != world.bodies().end() && !AtRest(seen->second.state);
   const bool predicted = moves || (predictor && predictor->NeedsInputs());
   if (!started || time.clock().paused || (!steers && !predicted)) {
     input_clock.Stop();
@@ -62,35 +62,35 @@ void Client::Impl::MakeInputs(TimePoint now) {
 
 void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection,
                                const replication::ReceivedSnapshot& snapshot) {
-  const BodyId body = Own();
-  const auto own = world.bodies().find(body);
-  if (own == world.bodies().end() || own->second.region != connection.region()) return;
+  const BodyId body = own.id();
+  const auto seen = world.bodies().find(body);
+  if (seen == world.bodies().end() || seen->second.region != connection.region()) return;
   if (applied && snapshot.tick <= applied->tick) return;
   own_heard_at = now;
   applied = {snapshot.tick, std::max(snapshot.last_input, applied ? applied->input : 0)};
   input_clock.Applied(now, applied->input, snapshot.input_margin_ticks);
   const bool sent = std::any_of(snapshot.bodies.begin(), snapshot.bodies.end(),
                                 [&](const replication::BodyRecord& record) { return record.id == body; });
-  if (sent || AtRest(own->second.state)) correct_to = applied;
+  if (sent || AtRest(seen->second.state)) correct_to = applied;
 }
 
 void Client::Impl::Correct() {
   if (!predictor) return;
-  if (const auto own = world.bodies().find(Own()); own == world.bodies().end()) {
+  if (const auto seen = world.bodies().find(own.id()); seen == world.bodies().end()) {
     predictor->Forget();
   } else {
     WorkBudget budget(kUnitsAPoll);
-    predictor->Prepare(own->second.state, budget);
+    predictor->Prepare(seen->second.state, budget);
     figures.Work(budget.spent());
   }
   if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
   correct_to.reset();
   for (const Correction& correction : predictor->TakeCorrections()) {
-    const auto own = world.bodies().find(Own());
+    const auto seen = world.bodies().find(own.id());
     events.push_back({.kind = ClientEvent::Kind::kPredictionCorrected,
-                      .body = Own(),
+                      .body = own.id(),
                       .other = correction.met,
-                      .region = own == world.bodies().end() ? RegionId() : own->second.region,
+                      .region = seen == world.bodies().end() ? RegionId() : seen->second.region,
                       .input_number = correction.last_input,
                       .detail = Describe(correction)});
   }
@@ -163,8 +163,7 @@ void Client::Impl::SendInputs(TimePoint now) {
   const bool due = inputs.Due(now, std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz));
   for (RegionConnection& connection : connections) {
     const auto is_its_own = [&](BodyId body) {
-      const BodyId moved = body == PlayerBodyId(session.player) ? Own() : body;
-      return world.OwnerOf(moved).value_or(connection.region()) == connection.region();
+      return world.OwnerOf(own.MovedBy(body)).value_or(connection.region()) == connection.region();
     };
     figures.Sent(connection.Send(now, network, due ? inputs.Select(is_its_own) : std::vector<PlayerInput>()));
   }
@@ -203,7 +202,7 @@ absl::Status Client::SetMovement(const tessera_movement* movement) {
 }
 
 std::uint32_t Client::MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm) {
-  if (impl_->Watches()) return 0;
+  if (impl_->own.watches()) return 0;
   PlayerInput asked;
   asked.body = body;
   asked.force_n = force_n;

@@ -172,7 +172,7 @@ void Client::Impl::On(TimePoint, RegionConnection&, const replication::EndOfSess
 
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::Welcome& welcome) {
   if (connection.state() != RegionConnection::State::kAccepted) return connection.CountError();
-  if (welcome.region != connection.region().value() || welcome.player != session.player.value()) {
+  if (welcome.region != connection.region().value() || welcome.player != own.player().value()) {
     return End(absl::InternalError(absl::StrCat(connection.Where(), " answers as region ", welcome.region,
                                                 " to player ", welcome.player)),
                "");
@@ -302,7 +302,7 @@ void Client::Impl::OnMovement(RegionConnection& connection, const net::Bytes& by
   const absl::StatusOr<replication::MovementNews> news = replication::DecodeMovementNews(bytes);
   if (!news.ok()) return connection.CountError();
   if (world.OwnerOf(news->state.body).value_or(connection.region()) != connection.region()) return;
-  moved_by_game = news->state.body;
+  own.NoteMovedByGame(news->state.body);
   if (!predictor) return;
   predictor->TakeMovement(*news);
   std::string missing = predictor->TakeMissingMovement();

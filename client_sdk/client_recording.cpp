@@ -55,7 +55,7 @@ absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
   if (me.fetch) return absl::FailedPreconditionError("the scene is not here yet");
   const std::vector<std::uint8_t> scene = PackScene(*me.session.scene);
   const RecordingHeader header{.instance_id = me.settings.instance_id,
-                               .player = me.session.player,
+                               .player = me.own.player(),
                                .tick_rate_hz = me.session.tick_rate_hz,
                                .snapshot_rate_hz = me.session.snapshot_rate_hz,
                                .started = me.started,

@@ -29,14 +29,14 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene,
   for (const BodyDef& def : session.scene->bodies) {
     if (def.path != nullptr) on_paths.push_back(&def);
   }
-  if (settings.predict && session.scene->player && !Watches()) {
-    predictor.emplace(session.scene, session.player, std::move(index));
+  if (settings.predict && session.scene->player && !own.watches()) {
+    predictor.emplace(session.scene, own.player(), std::move(index));
   }
   if (predictor && movement != nullptr) {
     const absl::Status fits = predictor->SetMovement(std::exchange(movement, nullptr));
     if (!fits.ok()) {
       events.push_back({.kind = ClientEvent::Kind::kMovementMissing,
-                        .body = PlayerBodyId(session.player),
+                        .body = own.player_body(),
                         .detail = std::string(fits.message())});
     }
   }

@@ -69,16 +69,16 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
   commands.Taken(news.last_command);
   if (any) commands.EventsCame();
   if (news.spectating && !IsFinite(news.view)) return connection.CountError();
-  spectator_view = news.spectating ? std::optional(news.view) : std::nullopt;
+  own.LookFrom(news.spectating ? std::optional(news.view) : std::nullopt);
   const BodyId moved(news.controlled_body);
   const bool known = moved == BodyId() || !predictor || predictor->Knows(moved);
   const absl::StatusOr<std::vector<game::JointOfBody>> joints = game::DecodeJoints(news.joints);
   if (WrongField(news.limits) != nullptr || !known || !joints.ok()) return connection.CountError();
   if (predictor) {
-    predictor->Follow(moved == BodyId() ? PlayerBodyId(session.player) : moved, news.limits);
+    predictor->Follow(moved == BodyId() ? own.player_body() : moved, news.limits);
     predictor->Connect(*joints);
   }
-  controlled = moved;
+  own.Control(moved);
 }
 
 void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::CommandRefusal& refusal) {
@@ -125,16 +125,15 @@ void Client::Impl::SendCommands(TimePoint now) {
   if (!any_welcomed) inbox.AllLost();
   if (!any_welcomed || !commands.Due(now)) return;
   const net::Bytes bytes = commands.Write(now, inbox.last());
-  const BodyId own = Own();
   for (RegionConnection& connection : connections) {
-    if (world.OwnerOf(own).value_or(connection.region()) != connection.region()) continue;
+    if (world.OwnerOf(own.id()).value_or(connection.region()) != connection.region()) continue;
     figures.Sent(connection.SendCommands(now, network, bytes));
   }
 }
 
 absl::Status Client::Send(std::string_view bytes) {
   if (impl_->replay) return absl::FailedPreconditionError("a recording takes no commands");
-  if (impl_->Watches()) return absl::FailedPreconditionError("a viewer sends no commands");
+  if (impl_->own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
   return impl_->commands.Push(bytes, ShownAt(impl_->time.shown_tick()));
 }
@@ -142,7 +141,7 @@ absl::Status Client::Send(std::string_view bytes) {
 absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_view command) {
   Impl& me = *impl_;
   if (me.replay) return absl::FailedPreconditionError("a recording takes no commands");
-  if (me.Watches()) return absl::FailedPreconditionError("a viewer sends no commands");
+  if (me.own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
   constexpr char kNotYet[] = "nothing is predicted here, or not yet";
   if (me.fetch) return absl::FailedPreconditionError(kNotYet);
@@ -155,7 +154,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   if (const std::string wrong = WrongIn(ask, *prefab); !wrong.empty()) {
     return absl::InvalidArgumentError(wrong);
   }
-  const auto own = me.world.bodies().find(me.Own());
+  const auto own = me.world.bodies().find(me.own.id());
   const std::optional<std::uint32_t> number = me.commands.next();
   if (own == me.world.bodies().end() || !me.predictor || !me.predictor->running() || !number || !me.last_poll) {
     return absl::FailedPreconditionError(kNotYet);
@@ -179,7 +178,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   SpawnAsk made = ask;
   made.motion.rotation = Normalized(ask.motion.rotation);
   const auto place = static_cast<std::size_t>(prefab - prefabs.begin());
-  return me.predictor->Throw(made, place, {me.session.player, *number}, me.next_input, until);
+  return me.predictor->Throw(made, place, {me.own.player(), *number}, me.next_input, until);
 }
 
 std::vector<GameEvent> Client::TakeGameEvents() { return impl_->inbox.TakeAll(); }
@@ -188,7 +187,7 @@ std::optional<PropertyValue> Client::WorldPropertyOf(std::string_view name) cons
   return ValueOf(impl_->session.scene->instance_properties, {}, impl_->world_changed, name);
 }
 
-std::optional<Vec3d> Client::spectator_view() const { return impl_->spectator_view; }
+std::optional<Vec3d> Client::spectator_view() const { return impl_->own.spectator_view(); }
 
 std::string Client::NameOf(PlayerNumber player) const {
   const auto seen = impl_->world.bodies().find(PlayerBodyId(player));

@@ -21,17 +21,14 @@ constexpr std::chrono::milliseconds kTilePatience{2000}, kTilePause{300};
 
 std::vector<TileStore::Place> Client::Impl::TilePlaces() const {
   const Scene& scene = *session.scene;
-  double radius_m = tile_radius_m > 0 ? tile_radius_m : Watches() ? 0 : scene.view.radius_m;
+  double radius_m = tile_radius_m > 0 ? tile_radius_m : own.watches() ? 0 : scene.view.radius_m;
   if (radius_m == 0) radius_m = std::numeric_limits<double>::infinity();
-  std::optional<Vec3d> own = OwnPosition();
-  if (!own && !Watches() && scene.player && !scene.player->spawn_points.empty()) {  // where the body is going to be
-    own = scene.player->spawn_points[(session.player.value() - 1) % scene.player->spawn_points.size()];
-  }
+  const std::optional<Vec3d> at = own.Position(world, scene);
   std::vector<TileStore::Place> places;
-  if (own && predictor) places.push_back({*own, kPredictionNeeds_m});
-  if (const std::optional<Vec3d> centre = tile_centre ? tile_centre : own) {
+  if (at && predictor) places.push_back({*at, kPredictionNeeds_m});
+  if (const std::optional<Vec3d> centre = tile_centre ? tile_centre : at) {
     places.push_back({*centre, radius_m});
-  } else if (std::isinf(radius_m) || Watches()) {
+  } else if (std::isinf(radius_m) || own.watches()) {
     places.push_back({(scene.bounds.min + scene.bounds.max) * 0.5, radius_m});
   }
   return places;
@@ -59,14 +56,14 @@ void Client::Impl::ChooseTileSource(TimePoint now) {
   const bool speaks = tile_source && IsWelcomed(*tile_source) && now - tiles_heard_at < kTilePatience;
   if (speaks) return;
   if (tile_source && IsWelcomed(*tile_source)) tiles_from = now + kTilePause;
-  const std::optional<RegionId> own = world.OwnerOf(Own());
+  const std::optional<RegionId> owner = world.OwnerOf(own.id());
   std::optional<RegionId> first, next;
   for (const RegionConnection& connection : connections) {
     if (!connection.welcomed()) continue;
     if (!first) first = connection.region();
     if (tile_source && !next && connection.region() > *tile_source) next = connection.region();
   }
-  if (!tile_source && own && IsWelcomed(*own)) next = own;
+  if (!tile_source && owner && IsWelcomed(*owner)) next = owner;
   tile_source = next ? next : first;
   tiles_heard_at = now;
 }
