@@ -35,10 +35,10 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
       session(std::move(session_in)),
       network(std::move(endpoint)),
       own(session.player),
+      inputs(session.player, session.tick_rate_hz),
       world(session.tick_rate_hz, SnapshotTicks(session)),
       time(session.tick_rate_hz, session.snapshot_rate_hz) {
   network.Simulate(settings.network);
-  steering.body = own.player_body();
   const std::shared_ptr<const Scene> scene = std::exchange(session.scene, NoScene());
   for (const RegionEndpoint& region : session.regions) {
     endpoints.emplace(region.region, region);
@@ -191,7 +191,7 @@ const Scene& Client::scene() const { return *impl_->session.scene; }
 const PartitionMap& Client::map() const { return impl_->session.map; }
 WorldClock Client::clock() const { return impl_->time.clock(); }
 Tick Client::tick() const { return impl_->time.newest(); }
-std::uint32_t Client::last_applied_input() const { return impl_->last_applied_input; }
+std::uint32_t Client::last_applied_input() const { return impl_->inputs.last_applied(); }
 const std::map<BodyId, SeenBody>& Client::World() const { return impl_->world.bodies(); }
 const BodyDef* Client::DefOf(BodyId body) const {
   const Scene& scene = *impl_->session.scene;
@@ -251,7 +251,7 @@ ClientStats Client::Impl::Stats() const {
   stats.snapshot_delay_s = playout.delay_s();
   stats.jitter_s = playout.jitter_s();
   stats.extrapolations = me.world.extrapolations();
-  stats.input_margin_ticks = me.input_clock.margin_ticks();
+  stats.input_margin_ticks = me.inputs.clock().margin_ticks();
   if (me.predictor) {
     stats.corrections = me.predictor->corrections();
     stats.last_correction_m = me.predictor->last_correction_m();

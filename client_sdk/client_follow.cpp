@@ -177,11 +177,8 @@ void Client::Impl::StartOver(TimePoint now) {
   }
   pairs = PairBook();
   time.StartOver(now);
-  last_applied_input = 0;
-  applied.reset();
   correct_to.reset();
-  inputs.Clear();
-  input_clock.Stop();
+  inputs.Forget();
   if (predictor) predictor->Forget();
 }
 

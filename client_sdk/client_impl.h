@@ -14,8 +14,7 @@
 #include "client_sdk/client_figures.h"
 #include "client_sdk/command_queue.h"
 #include "client_sdk/event_inbox.h"
-#include "client_sdk/input_clock.h"
-#include "client_sdk/input_queue.h"
+#include "client_sdk/input_maker.h"
 #include "client_sdk/own_body.h"
 #include "client_sdk/pair_book.h"
 #include "client_sdk/predictor.h"
@@ -135,8 +134,6 @@ struct Client::Impl {
   void ShowThrown(std::vector<ShownBody> thrown, std::vector<ShownBody>& shown) const;
   void TellOfThrown();
   void SendInputs(TimePoint now);
-  void Push(const PlayerInput& asked);
-  bool IsSteering() const;
 
   // Talks with the game (client_talk.cpp).
   void AdoptWorldNews();
@@ -169,26 +166,16 @@ struct Client::Impl {
   std::vector<ClientEvent> events;  // the result of the Poll under way
 
   OwnBody own;
+  InputMaker inputs;
   WorldView world;
   std::set<RegionId> lost_regions;  // regions that the caller knows to be lost, until they are back
   PairBook pairs;
   WorldTime time;
   bool asked_for_grant = false;  // in the present silence
-  std::uint32_t last_applied_input = 0;
 
-  PlayerInput steering;                   // steering of the next inputs
-  bool look_changed = false;              // since the last input
-  std::uint32_t last_steering_input = 0;  // the last that asked for anything
-  std::uint32_t next_input = 1;
-  InputQueue inputs;
-  InputClock input_clock;
-  // The newest report of the own body's region: at `tick` it had applied `input`.
-  struct Applied {
-    Tick tick;
-    std::uint32_t input = 0;
-  };
-  std::optional<Applied> applied, correct_to;
-  TimePoint own_heard_at{};  // when the newest report came
+  // The own body's region has applied this input by this tick, and its state is here.
+  std::optional<std::pair<Tick, std::uint32_t>> correct_to;
+  TimePoint own_heard_at{};  // when its newest report came
   std::optional<Predictor> predictor;
   const tessera_movement* movement = nullptr;  // the program's, until the scene is here and says whether it fits
   std::vector<const BodyDef*> on_paths;        // those of the scene, ascending by id

@@ -11,52 +11,25 @@ namespace tessera::client {
 
 namespace {
 
-// A region lets a character, and what a game's function moves, go on by its last input when it has none, so the end of
-// steering is sent this often.
-constexpr std::uint32_t kEndingInputs = 30;
 // A predicted state counts as such for so many ticks after the last word of the own body's region; a failover takes
 // less, and a world in which nothing moves is heard of twice as often.
 constexpr double kStaleAfter_ticks = 60;
 
 }  // namespace
 
-// The tick that an input is meant for: inputs act one a tick, after those that the region had not applied yet.
-void Client::Impl::Push(const PlayerInput& asked) {
-  PlayerInput input = AsSent(asked);
-  input.number = next_input++;
-  input.player = own.player();
-  input.shown_at = ShownAt(time.shown_tick());
-  const bool its_own = input.body == own.player_body();
-  if (its_own && applied) input.target = applied->tick + (input.number - std::min(input.number, applied->input));
-  inputs.Push(input);
-  if (its_own && predictor) predictor->Add(input);
-}
-
-bool Client::Impl::IsSteering() const {
-  return steering.force_n != Vec3f() || steering.torque_nm != Vec3f() || steering.move != Vec2f() ||
-         steering.buttons != 0;
-}
-
-// While the player steers, one input a tick. A predicted body that moves needs them too: they give the tick that is
-// shown. A character needs some that say that steering has ended, or that the player looks elsewhere.
+// A predicted body that moves needs inputs, too: they give the tick that is shown.
 void Client::Impl::MakeInputs(TimePoint now) {
   if (own.watches() || fetch) return;
-  if (IsSteering() || look_changed) last_steering_input = next_input;
-  look_changed = false;
   const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();
-  const bool goes_on = character || own.MovedByGame();
-  const bool ending = goes_on && last_steering_input != 0 && next_input - last_steering_input < kEndingInputs;
-  const bool steers = IsSteering() || ending;
   const auto seen = world.bodies().find(own.id());
   const bool moves = predictor && seen != world.bodies().end() && !AtRest(seen->second.state);
-  const bool predicted = moves || (predictor && predictor->NeedsInputs());
-  if (!started || time.clock().paused || (!steers && !predicted)) {
-    input_clock.Stop();
-    return;
-  }
-  for (int due = input_clock.Due(now, time.playout().tick_rate_hz()); due > 0; --due) {
-    input_clock.Made(next_input);
-    Push(steering);
+  const InputMaker::World in{.moves = started && !time.clock().paused,
+                             .goes_on_alone = character || own.MovedByGame(),
+                             .predicted = moves || (predictor && predictor->NeedsInputs()),
+                             .tick_rate_hz = time.playout().tick_rate_hz(),
+                             .shown_tick = time.shown_tick()};
+  for (const PlayerInput& input : inputs.MakeDue(now, in)) {
+    if (predictor) predictor->Add(input);
   }
 }
 
@@ -65,13 +38,12 @@ void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection
   const BodyId body = own.id();
   const auto seen = world.bodies().find(body);
   if (seen == world.bodies().end() || seen->second.region != connection.region()) return;
-  if (applied && snapshot.tick <= applied->tick) return;
+  const auto applied = inputs.Applied(now, snapshot.tick, snapshot.last_input, snapshot.input_margin_ticks);
+  if (!applied) return;
   own_heard_at = now;
-  applied = {snapshot.tick, std::max(snapshot.last_input, applied ? applied->input : 0)};
-  input_clock.Applied(now, applied->input, snapshot.input_margin_ticks);
   const bool sent = std::any_of(snapshot.bodies.begin(), snapshot.bodies.end(),
                                 [&](const replication::BodyRecord& record) { return record.id == body; });
-  if (sent || AtRest(seen->second.state)) correct_to = applied;
+  if (sent || AtRest(seen->second.state)) correct_to = {snapshot.tick, *applied};
 }
 
 void Client::Impl::Correct() {
@@ -83,7 +55,7 @@ void Client::Impl::Correct() {
     predictor->Prepare(seen->second.state, budget);
     figures.Work(budget.spent());
   }
-  if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
+  if (correct_to) predictor->Correct(correct_to->first, correct_to->second, world.bodies());
   correct_to.reset();
   for (const Correction& correction : predictor->TakeCorrections()) {
     const auto seen = world.bodies().find(own.id());
@@ -110,7 +82,7 @@ void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
   const bool stale = !time.clock().paused && silent_s * time.clock().ticks_per_second > kStaleAfter_ticks;
   auto at = shown.begin();
   std::vector<ShownBody> thrown;
-  for (const PredictedBody& body : predictor->At(now, input_clock.Phase(now))) {
+  for (const PredictedBody& body : predictor->At(now, inputs.clock().Phase(now))) {
     if (body.thrown) {
       thrown.push_back({.id = body.id,
                         .pose = body.pose,
@@ -160,33 +132,24 @@ void Client::Impl::TellOfThrown() {
 
 // Each input goes to the region that owns its body, and to all regions while the owner is unknown.
 void Client::Impl::SendInputs(TimePoint now) {
-  const bool due = inputs.Due(now, std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz));
+  const bool due = inputs.Due(now);
   for (RegionConnection& connection : connections) {
     const auto is_its_own = [&](BodyId body) {
       return world.OwnerOf(own.MovedBy(body)).value_or(connection.region()) == connection.region();
     };
-    figures.Sent(connection.Send(now, network, due ? inputs.Select(is_its_own) : std::vector<PlayerInput>()));
+    figures.Sent(connection.Send(now, network, due ? inputs.queue().Select(is_its_own) : std::vector<PlayerInput>()));
   }
   if (due) inputs.Sent(now);
 }
 
 std::uint32_t Client::Move(Vec3f force_n, Vec3f torque_nm) {
-  impl_->steering.force_n = force_n;
-  impl_->steering.torque_nm = torque_nm;
-  return impl_->next_input;
+  impl_->inputs.Move(force_n, torque_nm);
+  return impl_->inputs.next();
 }
 
 std::uint32_t Client::Steer(const Steering& steering) {
-  PlayerInput& asked = impl_->steering;
-  const bool looked = asked.yaw_rad != steering.yaw_rad || asked.pitch_rad != steering.pitch_rad;
-  impl_->look_changed = impl_->look_changed || looked;
-  asked.force_n = steering.force_n;
-  asked.torque_nm = steering.torque_nm;
-  asked.move = steering.move;
-  asked.yaw_rad = steering.yaw_rad;
-  asked.pitch_rad = steering.pitch_rad;
-  asked.buttons = steering.buttons;
-  return impl_->next_input;
+  impl_->inputs.Steer(steering);
+  return impl_->inputs.next();
 }
 
 absl::Status Client::SetMovement(const tessera_movement* movement) {
@@ -207,8 +170,9 @@ std::uint32_t Client::MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm) {
   asked.body = body;
   asked.force_n = force_n;
   asked.torque_nm = torque_nm;
-  impl_->Push(asked);
-  return impl_->next_input - 1;
+  const PlayerInput made = impl_->inputs.Make(asked, impl_->time.shown_tick());
+  if (impl_->predictor && made.body == impl_->own.player_body()) impl_->predictor->Add(made);
+  return made.number;
 }
 
 }  // namespace tessera::client

@@ -323,12 +323,8 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   figures.Work(kUnitsToRead + kUnitsToTakeABody * std::ssize(snapshot->bodies));
   if (time.GoesBack(snapshot->tick)) StartOver(now);
   figures.TookRecords(snapshot->full_records, snapshot->bodies.size() - snapshot->full_records);
-  last_applied_input = std::max(last_applied_input, snapshot->last_input);
-  if (snapshot->last_input >= next_input) {  // made by an earlier client of this player: ours would pass for late
-    next_input = snapshot->last_input + 1;
-    inputs.Clear();
-    input_clock.Stop();
-  }
+  inputs.NoteLast(snapshot->last_input);
+  inputs.SkipPast(snapshot->last_input);
   time.Arrived(now, snapshot->tick);
   if (recorder) recorder->Snapshot(now, connection.region(), *snapshot);
   world.Take(now, connection.region(), *snapshot, events);

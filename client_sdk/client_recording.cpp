@@ -183,7 +183,7 @@ void Client::Impl::PlayBack(TimePoint now) {
 void Client::Impl::PlayStep(Replay::Step step) {
   world.Expire(step.at, events);
   if (auto* snapshot = std::get_if<Replay::Snapshot>(&step.what)) {
-    last_applied_input = std::max(last_applied_input, snapshot->received.last_input);
+    inputs.NoteLast(snapshot->received.last_input);
     figures.TookRecords(snapshot->received.full_records,
                         snapshot->received.bodies.size() - snapshot->received.full_records);
     time.Arrived(step.at, snapshot->received.tick);

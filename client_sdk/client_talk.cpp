@@ -167,7 +167,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   if (me.predictor->thrown() >= kMaxPredictedSpawns) {
     return absl::ResourceExhaustedError(absl::StrCat(kMaxPredictedSpawns, " bodies are predicted already"));
   }
-  const absl::Status sent = me.commands.Push(command, ShownAt(me.time.shown_tick()), me.next_input);
+  const absl::Status sent = me.commands.Push(command, ShownAt(me.time.shown_tick()), me.inputs.next());
   if (!sent.ok()) return sent;
   // The world's ticks may be long: slow motion.
   const double ticks =
@@ -178,7 +178,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   SpawnAsk made = ask;
   made.motion.rotation = Normalized(ask.motion.rotation);
   const auto place = static_cast<std::size_t>(prefab - prefabs.begin());
-  return me.predictor->Throw(made, place, {me.own.player(), *number}, me.next_input, until);
+  return me.predictor->Throw(made, place, {me.own.player(), *number}, me.inputs.next(), until);
 }
 
 std::vector<GameEvent> Client::TakeGameEvents() { return impl_->inbox.TakeAll(); }
