@@ -127,8 +127,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   }
   me.Receive(now);
   me.Correct();
-  if (me.predictor) me.predictor->ExpireThrown(now, me.time.clock().paused);
-  me.TellOfThrown();
+  me.prediction.ExpireThrown(now, me.time.clock(), me.world, me.events);
   if (me.state != ClientState::kEnded) {
     me.ReadScene(now);
   }
@@ -158,8 +157,8 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
   const TimePoint begin = Clock::now();
   const double tick = impl_->time.Advance(now);
   std::vector<ShownBody> shown = impl_->world.At(tick, impl_->session.tick_rate_hz);
-  impl_->ShowOnPaths(tick, shown);
-  impl_->ShowPredicted(now, shown);
+  impl_->on_paths.AddTo(shown, tick / impl_->session.tick_rate_hz);
+  impl_->prediction.Show(now, impl_->inputs.clock().Phase(now), impl_->time.clock(), impl_->world, shown);
   impl_->figures.Interpolated(Clock::now() - begin);
   return shown;
 }
@@ -252,17 +251,13 @@ ClientStats Client::Impl::Stats() const {
   stats.jitter_s = playout.jitter_s();
   stats.extrapolations = me.world.extrapolations();
   stats.input_margin_ticks = me.inputs.clock().margin_ticks();
-  if (me.predictor) {
-    stats.corrections = me.predictor->corrections();
-    stats.last_correction_m = me.predictor->last_correction_m();
-  }
+  me.prediction.AddTo(stats);
   if (me.tiles) {
     stats.tiles = me.tiles->here();
     stats.tile_bytes = me.tiles->bytes_here();
     stats.tiles_damaged = me.tiles->damaged();
     stats.last_tile_damage = me.tiles->last_damage();
   }
-  stats.predicting = me.predictor && me.predictor->running();
   stats.playout_jumps = playout.jumps();
   return stats;
 }

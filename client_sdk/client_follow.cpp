@@ -177,9 +177,8 @@ void Client::Impl::StartOver(TimePoint now) {
   }
   pairs = PairBook();
   time.StartOver(now);
-  correct_to.reset();
   inputs.Forget();
-  if (predictor) predictor->Forget();
+  prediction.Forget();
 }
 
 // The time to join is over.
@@ -199,8 +198,7 @@ void Client::Impl::EndJoining() {
 void Client::Impl::End(absl::Status why, std::string detail) {
   if (state == ClientState::kEnded) return;
   state = ClientState::kEnded;
-  if (predictor) predictor->DropThrown();
-  TellOfThrown();
+  prediction.DropThrown(world, events);
   reason = std::move(why);
   if (detail.empty()) detail = std::string(reason.message());
   for (RegionConnection& connection : connections) connection.Stop(network);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "client_sdk/bodies_on_paths.h"
 #include "client_sdk/client.h"
 #include "client_sdk/client_endpoint.h"
 #include "client_sdk/client_figures.h"
@@ -17,7 +18,7 @@
 #include "client_sdk/input_maker.h"
 #include "client_sdk/own_body.h"
 #include "client_sdk/pair_book.h"
-#include "client_sdk/predictor.h"
+#include "client_sdk/prediction.h"
 #include "client_sdk/recorder.h"
 #include "client_sdk/region_connection.h"
 #include "client_sdk/replay.h"
@@ -29,10 +30,6 @@
 #include "core/replication/region_message.h"
 
 namespace tessera::client {
-
-// Work of a poll, beside receiving and predicting, on what takes many: a scene that is read, ground that is looked for
-// and built. About a millisecond; the first polls do so much, and all later ones no more.
-inline constexpr std::int64_t kUnitsAPoll = 100'000;
 
 // The terms that a client goes by, however it joined.
 struct Client::Settings {
@@ -127,12 +124,6 @@ struct Client::Impl {
   void MakeInputs(TimePoint now);
   void NoteApplied(TimePoint now, const RegionConnection& connection, const replication::ReceivedSnapshot& snapshot);
   void Correct();
-  // Adds the bodies with paths, which no region sends, where they are at `tick`.
-  void ShowOnPaths(double tick, std::vector<ShownBody>& shown) const;
-  void ShowPredicted(TimePoint now, std::vector<ShownBody>& shown);
-  // Shows what the player has thrown, and not yet the server's bodies that take its place.
-  void ShowThrown(std::vector<ShownBody> thrown, std::vector<ShownBody>& shown) const;
-  void TellOfThrown();
   void SendInputs(TimePoint now);
 
   // Talks with the game (client_talk.cpp).
@@ -173,12 +164,8 @@ struct Client::Impl {
   WorldTime time;
   bool asked_for_grant = false;  // in the present silence
 
-  // The own body's region has applied this input by this tick, and its state is here.
-  std::optional<std::pair<Tick, std::uint32_t>> correct_to;
-  TimePoint own_heard_at{};  // when its newest report came
-  std::optional<Predictor> predictor;
-  const tessera_movement* movement = nullptr;  // the program's, until the scene is here and says whether it fits
-  std::vector<const BodyDef*> on_paths;        // those of the scene, ascending by id
+  Prediction prediction;
+  BodiesOnPaths on_paths;
   ClientFigures figures;
 
   CommandQueue commands;

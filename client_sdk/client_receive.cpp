@@ -303,9 +303,7 @@ void Client::Impl::OnMovement(RegionConnection& connection, const net::Bytes& by
   if (!news.ok()) return connection.CountError();
   if (world.OwnerOf(news->state.body).value_or(connection.region()) != connection.region()) return;
   own.NoteMovedByGame(news->state.body);
-  if (!predictor) return;
-  predictor->TakeMovement(*news);
-  std::string missing = predictor->TakeMissingMovement();
+  std::string missing = prediction.TakeMovement(*news);
   if (missing.empty()) return;
   events.push_back({.kind = ClientEvent::Kind::kMovementMissing,
                     .body = news->state.body,

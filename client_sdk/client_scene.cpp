@@ -25,15 +25,9 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene,
   interest_radius_m = snapshots.interest_radius_m;
   world = WorldView(session.tick_rate_hz, static_cast<double>(session.tick_rate_hz) / session.snapshot_rate_hz,
                     session.scene->properties, BodiesAtMost(*session.scene));
-  on_paths.clear();
-  for (const BodyDef& def : session.scene->bodies) {
-    if (def.path != nullptr) on_paths.push_back(&def);
-  }
+  on_paths = BodiesOnPaths(session.scene);
   if (settings.predict && session.scene->player && !own.watches()) {
-    predictor.emplace(session.scene, own.player(), std::move(index));
-  }
-  if (predictor && movement != nullptr) {
-    const absl::Status fits = predictor->SetMovement(std::exchange(movement, nullptr));
+    const absl::Status fits = prediction.Begin(session.scene, own.player(), std::move(index));
     if (!fits.ok()) {
       events.push_back({.kind = ClientEvent::Kind::kMovementMissing,
                         .body = own.player_body(),

@@ -71,13 +71,10 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
   if (news.spectating && !IsFinite(news.view)) return connection.CountError();
   own.LookFrom(news.spectating ? std::optional(news.view) : std::nullopt);
   const BodyId moved(news.controlled_body);
-  const bool known = moved == BodyId() || !predictor || predictor->Knows(moved);
+  const bool known = moved == BodyId() || prediction.Knows(moved);
   const absl::StatusOr<std::vector<game::JointOfBody>> joints = game::DecodeJoints(news.joints);
   if (WrongField(news.limits) != nullptr || !known || !joints.ok()) return connection.CountError();
-  if (predictor) {
-    predictor->Follow(moved == BodyId() ? own.player_body() : moved, news.limits);
-    predictor->Connect(*joints);
-  }
+  prediction.Follow(moved == BodyId() ? own.player_body() : moved, news.limits, *joints);
   own.Control(moved);
 }
 
@@ -156,7 +153,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   }
   const auto own = me.world.bodies().find(me.own.id());
   const std::optional<std::uint32_t> number = me.commands.next();
-  if (own == me.world.bodies().end() || !me.predictor || !me.predictor->running() || !number || !me.last_poll) {
+  if (own == me.world.bodies().end() || !me.prediction.running() || !number || !me.last_poll) {
     return absl::FailedPreconditionError(kNotYet);
   }
   const Vec3d from_own = ask.from_own ? ask.motion.position : ask.motion.position - own->second.state.position;
@@ -164,7 +161,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
     return absl::InvalidArgumentError(absl::StrCat("position: is more than ", kMostFromOwn_m, " m from the own body"));
   }
   if (me.time.clock().paused) return absl::FailedPreconditionError("the world is paused");
-  if (me.predictor->thrown() >= kMaxPredictedSpawns) {
+  if (me.prediction.thrown() >= kMaxPredictedSpawns) {
     return absl::ResourceExhaustedError(absl::StrCat(kMaxPredictedSpawns, " bodies are predicted already"));
   }
   const absl::Status sent = me.commands.Push(command, ShownAt(me.time.shown_tick()), me.inputs.next());
@@ -178,7 +175,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   SpawnAsk made = ask;
   made.motion.rotation = Normalized(ask.motion.rotation);
   const auto place = static_cast<std::size_t>(prefab - prefabs.begin());
-  return me.predictor->Throw(made, place, {me.own.player(), *number}, me.inputs.next(), until);
+  return me.prediction.Throw(made, place, {me.own.player(), *number}, me.inputs.next(), until);
 }
 
 std::vector<GameEvent> Client::TakeGameEvents() { return impl_->inbox.TakeAll(); }

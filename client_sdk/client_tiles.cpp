@@ -25,7 +25,7 @@ std::vector<TileStore::Place> Client::Impl::TilePlaces() const {
   if (radius_m == 0) radius_m = std::numeric_limits<double>::infinity();
   const std::optional<Vec3d> at = own.Position(world, scene);
   std::vector<TileStore::Place> places;
-  if (at && predictor) places.push_back({*at, kPredictionNeeds_m});
+  if (at && prediction.on()) places.push_back({*at, kPredictionNeeds_m});
   if (const std::optional<Vec3d> centre = tile_centre ? tile_centre : at) {
     places.push_back({*centre, radius_m});
   } else if (std::isinf(radius_m) || own.watches()) {
@@ -41,12 +41,12 @@ void Client::Impl::ReadTiles(TimePoint now) {
   tiles->Work(now, budget);
   figures.Work(budget.spent());
   for (auto& [tile, content] : tiles->TakeGone()) {
-    if (predictor) predictor->DropTile(tile);
+    prediction.DropTile(tile);
     leaving_tiles.push_back(std::move(content));
     events.push_back({.kind = ClientEvent::Kind::kTileGone, .tile = tile});
   }
   for (const std::uint32_t tile : tiles->TakeCame()) {
-    if (predictor) predictor->AddTile(tile, tiles->TileAt(tile));
+    prediction.AddTile(tile, tiles->TileAt(tile));
     events.push_back({.kind = ClientEvent::Kind::kTileCame, .tile = tile});
   }
 }

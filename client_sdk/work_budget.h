@@ -13,6 +13,10 @@
 
 namespace tessera::client {
 
+// Work of a poll, beside receiving and predicting, on what takes many: a scene that is read, ground that is looked for
+// and built. About a millisecond; the first polls do so much, and all later ones no more.
+inline constexpr std::int64_t kUnitsAPoll = 100'000;
+
 class WorkBudget {
  public:
   explicit WorkBudget(std::int64_t units) : left_(units), units_(units) {}
