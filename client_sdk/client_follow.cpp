@@ -171,7 +171,7 @@ void Client::Impl::Renew(Session fresh) {
 void Client::Impl::StartOver(TimePoint now) {
   events.push_back({.kind = ClientEvent::Kind::kRestored});
   world.Clear(events);
-  world_news.reset();
+  properties.ForgetNews();
   for (const RegionConnection& connection : connections) {
     if (connection.welcomed()) world.RegionBegins(now, connection.region());
   }

@@ -13,8 +13,7 @@
 #include "client_sdk/client.h"
 #include "client_sdk/client_endpoint.h"
 #include "client_sdk/client_figures.h"
-#include "client_sdk/command_queue.h"
-#include "client_sdk/event_inbox.h"
+#include "client_sdk/game_talk.h"
 #include "client_sdk/input_maker.h"
 #include "client_sdk/own_body.h"
 #include "client_sdk/pair_book.h"
@@ -25,6 +24,7 @@
 #include "client_sdk/scene_fetch.h"
 #include "client_sdk/session.h"
 #include "client_sdk/tile_store.h"
+#include "client_sdk/world_properties.h"
 #include "client_sdk/world_time.h"
 #include "client_sdk/world_view.h"
 #include "core/replication/region_message.h"
@@ -127,8 +127,6 @@ struct Client::Impl {
   void SendInputs(TimePoint now);
 
   // Talks with the game (client_talk.cpp).
-  void AdoptWorldNews();
-  void ChangeWorld(PropertySet changed);
   void SendCommands(TimePoint now);
 
   ClientStats Stats() const;
@@ -168,10 +166,8 @@ struct Client::Impl {
   BodiesOnPaths on_paths;
   ClientFigures figures;
 
-  CommandQueue commands;
-  EventInbox inbox;
-  std::optional<replication::NewsOfWorld> world_news;  // the newest
-  PropertySet world_changed;                           // by it, once the scene is here
+  GameTalk talk;
+  WorldProperties properties;
 
   std::optional<Recorder> recorder;
   std::optional<Replay> replay;    // instead of regions

@@ -84,7 +84,7 @@ std::vector<std::string> Client::TakeNotes() { return std::exchange(impl_->notes
 
 // Records the known world as if the regions had just begun to send, in the order of their ids.
 void Client::Impl::RecordAllKnown(TimePoint now) {
-  if (!world_changed.empty()) recorder->World(now, world_changed.Encode());
+  if (!properties.changed().empty()) recorder->World(now, properties.changed().Encode());
   std::map<RegionId, replication::ReceivedSnapshot> known;
   for (const auto& [id, body] : world.bodies()) {
     replication::ReceivedSnapshot& snapshot = known[body.region];
@@ -152,7 +152,7 @@ absl::Status Client::Seek(std::chrono::microseconds at) {
   }
   // It begins with the scene's own values; those that stood there come by events of their own.
   for (const std::string_view name :
-       ChangedProperties(impl_->session.scene->instance_properties, impl_->world_changed, PropertySet())) {
+       ChangedProperties(impl_->session.scene->instance_properties, impl_->properties.changed(), PropertySet())) {
     sought->events.push_back({.kind = ClientEvent::Kind::kWorldPropertyChanged, .property = std::string(name)});
   }
   impl_ = std::move(sought);
@@ -196,7 +196,7 @@ void Client::Impl::PlayStep(Replay::Step step) {
     session.map = std::move(standing->map);
     started = standing->started;
     state = started ? ClientState::kPlaying : ClientState::kWaiting;
-    ChangeWorld(std::move(standing->world));
+    properties.Change(std::move(standing->world), session.scene->instance_properties, events);
     for (const auto& [region, connected] : standing->regions) {
       RegionChanged(step.at, region, RegionEntry::Change::kBegins);
       if (!connected) RegionChanged(step.at, region, RegionEntry::Change::kLost);
@@ -205,7 +205,7 @@ void Client::Impl::PlayStep(Replay::Step step) {
     if (notes.size() == kMaxNotes) notes.erase(notes.begin());
     notes.push_back(std::move(note->text));
   } else if (auto* of_world = std::get_if<Replay::World>(&step.what)) {
-    ChangeWorld(std::move(of_world->changed));
+    properties.Change(std::move(of_world->changed), session.scene->instance_properties, events);
   } else {
     auto& event = std::get<ClientEvent>(step.what);
     if (event.kind == ClientEvent::Kind::kStarted) {

@@ -39,7 +39,7 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene,
     if (connection.welcomed()) world.RegionBegins(now, connection.region());
   }
   follow_due = true;
-  AdoptWorldNews();
+  properties.Begin(session.scene->instance_properties, events);
 }
 
 void Client::Impl::OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {

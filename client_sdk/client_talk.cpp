@@ -10,22 +10,11 @@
 #include "client_sdk/client_impl.h"
 #include "core/game/joint.h"
 #include "core/game/settings.h"
-#include "core/game/value.h"
 #include "core/world/limits.h"
 #include "core/world/prefab.h"
 
 namespace tessera::client {
 namespace {
-
-// "score", {{"team", "red"}, {"points", 3}}; INVALID_ARGUMENT where the values are malformed.
-absl::StatusOr<GameEvent> EventFrom(const replication::EventOfGame& sent) {
-  auto fields = game::DecodeFields(sent.values);
-  if (!fields.ok()) return fields.status();
-  GameEvent event;
-  event.name = sent.name;
-  for (auto& [name, value] : *fields) event.values.emplace_back(std::move(name), std::move(value));
-  return event;
-}
 
 // A body that was thrown waits so much longer than a round trip for the server's, and at least for as long as the game
 // may wait for the command's input, and for so many snapshots.
@@ -56,18 +45,14 @@ std::string WrongIn(const SpawnAsk& ask, const Prefab& prefab) {
 }  // namespace
 
 void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::NewsOfPlayer& news) {
-  if (!inbox.Accept(news.epoch)) return;
-  std::vector<GameEvent> came;
-  for (const replication::EventOfGame& sent : news.events) {
-    absl::StatusOr<GameEvent> event = EventFrom(sent);
-    if (!event.ok()) return connection.CountError();
-    came.push_back(*std::move(event));
+  switch (talk.Take(news)) {
+    case GameTalk::News::kMalformed:
+      return connection.CountError();
+    case GameTalk::News::kOld:
+      return;
+    case GameTalk::News::kNew:
+      break;
   }
-  if (news.last_event < came.size()) return connection.CountError();
-  const bool any = !came.empty();
-  inbox.Take(news.last_event, std::move(came));
-  commands.Taken(news.last_command);
-  if (any) commands.EventsCame();
   if (news.spectating && !IsFinite(news.view)) return connection.CountError();
   own.LookFrom(news.spectating ? std::optional(news.view) : std::nullopt);
   const BodyId moved(news.controlled_body);
@@ -79,52 +64,32 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
 }
 
 void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::CommandRefusal& refusal) {
-  if (refusal.for_good) commands.Drop(refusal.number);
+  talk.Take(refusal);
   events.push_back({.kind = ClientEvent::Kind::kCommandRefused,
                     .region = connection.region(),
                     .input_number = refusal.number,
                     .detail = refusal.detail});
 }
 
-// Every region sends them. Without the scene nobody knows what they are.
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::NewsOfWorld& news) {
-  const auto version = [](const replication::NewsOfWorld& of) { return std::pair(of.epoch, of.tick); };
-  if (world_news && version(news) <= version(*world_news)) return;
-  if (!fetch && !PropertySet::Decode(news.properties, session.scene->instance_properties).ok()) {
-    return connection.CountError();
+  switch (properties.Take(news, fetch ? nullptr : &session.scene->instance_properties, events)) {
+    case WorldProperties::News::kMalformed:
+      return connection.CountError();
+    case WorldProperties::News::kOld:
+    case WorldProperties::News::kSame:
+      return;
+    case WorldProperties::News::kNew:
+      if (recorder) recorder->World(now, news.properties);
   }
-  const bool same = world_news && world_news->properties == news.properties;
-  world_news = news;
-  AdoptWorldNews();
-  if (recorder && !same) recorder->World(now, news.properties);
-}
-
-void Client::Impl::AdoptWorldNews() {
-  if (fetch || !world_news) return;
-  absl::StatusOr<PropertySet> now = PropertySet::Decode(world_news->properties, session.scene->instance_properties);
-  if (!now.ok()) return world_news.reset();
-  ChangeWorld(*std::move(now));
-}
-
-void Client::Impl::ChangeWorld(PropertySet changed) {
-  const std::vector<PropertyDef>& defs = session.scene->instance_properties;
-  // A value that was set to the scene's own is no change.
-  for (const PropertyDef& def : defs) {
-    if (ValueOf(defs, {}, world_changed, def.name) == ValueOf(defs, {}, changed, def.name)) continue;
-    events.push_back({.kind = ClientEvent::Kind::kWorldPropertyChanged, .property = def.name});
-  }
-  world_changed = std::move(changed);
 }
 
 // To the region that owns the own body, and to all while that is unknown.
 void Client::Impl::SendCommands(TimePoint now) {
-  const bool any_welcomed = std::ranges::any_of(connections, &RegionConnection::welcomed);
-  if (!any_welcomed) inbox.AllLost();
-  if (!any_welcomed || !commands.Due(now)) return;
-  const net::Bytes bytes = commands.Write(now, inbox.last());
+  const auto bytes = talk.Write(now, std::ranges::any_of(connections, &RegionConnection::welcomed));
+  if (!bytes) return;
   for (RegionConnection& connection : connections) {
     if (world.OwnerOf(own.id()).value_or(connection.region()) != connection.region()) continue;
-    figures.Sent(connection.SendCommands(now, network, bytes));
+    figures.Sent(connection.SendCommands(now, network, *bytes));
   }
 }
 
@@ -132,7 +97,7 @@ absl::Status Client::Send(std::string_view bytes) {
   if (impl_->replay) return absl::FailedPreconditionError("a recording takes no commands");
   if (impl_->own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
-  return impl_->commands.Push(bytes, ShownAt(impl_->time.shown_tick()));
+  return impl_->talk.Push(bytes, ShownAt(impl_->time.shown_tick()));
 }
 
 absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_view command) {
@@ -152,7 +117,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
     return absl::InvalidArgumentError(wrong);
   }
   const auto own = me.world.bodies().find(me.own.id());
-  const std::optional<std::uint32_t> number = me.commands.next();
+  const std::optional<std::uint32_t> number = me.talk.next();
   if (own == me.world.bodies().end() || !me.prediction.running() || !number || !me.last_poll) {
     return absl::FailedPreconditionError(kNotYet);
   }
@@ -164,7 +129,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   if (me.prediction.thrown() >= kMaxPredictedSpawns) {
     return absl::ResourceExhaustedError(absl::StrCat(kMaxPredictedSpawns, " bodies are predicted already"));
   }
-  const absl::Status sent = me.commands.Push(command, ShownAt(me.time.shown_tick()), me.inputs.next());
+  const absl::Status sent = me.talk.Push(command, ShownAt(me.time.shown_tick()), me.inputs.next());
   if (!sent.ok()) return sent;
   // The world's ticks may be long: slow motion.
   const double ticks =
@@ -178,10 +143,10 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   return me.prediction.Throw(made, place, {me.own.player(), *number}, me.inputs.next(), until);
 }
 
-std::vector<GameEvent> Client::TakeGameEvents() { return impl_->inbox.TakeAll(); }
+std::vector<GameEvent> Client::TakeGameEvents() { return impl_->talk.TakeEvents(); }
 
 std::optional<PropertyValue> Client::WorldPropertyOf(std::string_view name) const {
-  return ValueOf(impl_->session.scene->instance_properties, {}, impl_->world_changed, name);
+  return ValueOf(impl_->session.scene->instance_properties, {}, impl_->properties.changed(), name);
 }
 
 std::optional<Vec3d> Client::spectator_view() const { return impl_->own.spectator_view(); }
