@@ -48,9 +48,9 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
     EnterScene(TimePoint(), scene);
     return;
   }
-  fetch.emplace(session.scene_hash, settings.scene_cache_dir, std::move(settings.packed_scene));
+  delivery.Begin(session.scene_hash, settings.scene_cache_dir, std::move(settings.packed_scene));
   // One that is here and small is read at once.
-  if (!fetch->from_regions()) ReadScene(TimePoint());
+  if (delivery.reads()) ReadScene(TimePoint());
   joined_by.reset();
 }
 
@@ -119,7 +119,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   me.since_last_poll = me.last_poll.has_value() ? now - *me.last_poll : std::chrono::nanoseconds(0);
   me.figures.BeginPoll(me.last_poll ? std::optional(me.since_last_poll) : std::nullopt);
   me.last_poll = now;
-  me.leaving_tiles.clear();
+  me.tiles.LetGo();
   if (me.replay) {
     me.PlayBack(now);
     me.figures.MeasureRates(now);
@@ -203,18 +203,19 @@ const BodyDef* Client::DefOf(BodyId body) const {
   const auto found = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), body,
                                       [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
   if (found != scene.bodies.end() && found->id == body) return &*found;
-  const TilePart* part = impl_->tiles ? impl_->tiles->PartOf(body) : nullptr;
+  const TileStore* tiles = impl_->tiles.store();
+  const TilePart* part = tiles != nullptr ? tiles->PartOf(body) : nullptr;
   return part != nullptr ? &part->body : nullptr;
 }
-const LevelIndex* Client::Tiles() const { return impl_->tiles ? &impl_->tiles->index() : nullptr; }
+const LevelIndex* Client::Tiles() const {
+  const TileStore* tiles = impl_->tiles.store();
+  return tiles != nullptr ? &tiles->index() : nullptr;
+}
 std::shared_ptr<const Tile> Client::TileAt(std::uint32_t tile) const {
-  const bool known = impl_->tiles && tile < impl_->tiles->index().tiles.size();
-  return known ? impl_->tiles->TileAt(tile) : nullptr;
+  const TileStore* tiles = impl_->tiles.store();
+  return tiles != nullptr && tile < tiles->index().tiles.size() ? tiles->TileAt(tile) : nullptr;
 }
-void Client::ViewTiles(std::optional<Vec3d> centre, double radius_m) {
-  impl_->tile_centre = centre;
-  impl_->tile_radius_m = radius_m;
-}
+void Client::ViewTiles(std::optional<Vec3d> centre, double radius_m) { impl_->tiles.View(centre, radius_m); }
 std::optional<PropertyValue> Client::PropertyOf(BodyId body, std::string_view name) const {
   const Scene& scene = *impl_->session.scene;
   const auto& world = impl_->world.bodies();
@@ -252,11 +253,11 @@ ClientStats Client::Impl::Stats() const {
   stats.extrapolations = me.world.extrapolations();
   stats.input_margin_ticks = me.inputs.clock().margin_ticks();
   me.prediction.AddTo(stats);
-  if (me.tiles) {
-    stats.tiles = me.tiles->here();
-    stats.tile_bytes = me.tiles->bytes_here();
-    stats.tiles_damaged = me.tiles->damaged();
-    stats.last_tile_damage = me.tiles->last_damage();
+  if (const TileStore* store = me.tiles.store()) {
+    stats.tiles = store->here();
+    stats.tile_bytes = store->bytes_here();
+    stats.tiles_damaged = store->damaged();
+    stats.last_tile_damage = store->last_damage();
   }
   stats.playout_jumps = playout.jumps();
   return stats;

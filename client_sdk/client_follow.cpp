@@ -123,7 +123,8 @@ bool Client::Impl::Touches(RegionId region, double more_m) const {
 
 void Client::Impl::CheckProgress(TimePoint now) {
   if (!joined_by.has_value()) joined_by = now + settings.deadline;
-  if (state == ClientState::kJoining && !fetch && !connections.empty() && AllWelcomed()) state = ClientState::kWaiting;
+  if (state == ClientState::kJoining && !delivery.under_way() && !connections.empty() && AllWelcomed())
+    state = ClientState::kWaiting;
   if (state == ClientState::kWaiting && started) state = ClientState::kPlaying;
   if (state == ClientState::kJoining && now >= *joined_by) return EndJoining();
   if (std::any_of(connections.begin(), connections.end(), [](const RegionConnection& l) { return l.welcomed(); })) {
@@ -186,7 +187,7 @@ void Client::Impl::EndJoining() {
   const auto mute =
       std::find_if(connections.begin(), connections.end(), [](const RegionConnection& l) { return !l.welcomed(); });
   if (mute == connections.end()) {
-    const std::string what = fetch ? "the regions do not send the scene" : "there are no regions";
+    const std::string what = delivery.under_way() ? "the regions do not send the scene" : "there are no regions";
     return End(absl::DeadlineExceededError(absl::StrCat("instance ", settings.instance_id, ": ", what)), "");
   }
   const auto welcomed = [](const RegionConnection& l) { return l.welcomed(); };

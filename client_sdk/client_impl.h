@@ -21,9 +21,9 @@
 #include "client_sdk/recorder.h"
 #include "client_sdk/region_connection.h"
 #include "client_sdk/replay.h"
-#include "client_sdk/scene_fetch.h"
+#include "client_sdk/scene_delivery.h"
 #include "client_sdk/session.h"
-#include "client_sdk/tile_store.h"
+#include "client_sdk/tile_view.h"
 #include "client_sdk/world_properties.h"
 #include "client_sdk/world_time.h"
 #include "client_sdk/world_view.h"
@@ -79,20 +79,18 @@ struct Client::Impl {
   void Start();
   RegionConnection* ConnectionOf(net::PeerHandle peer);
   bool AllWelcomed() const;
+  std::vector<RegionId> Welcomed() const;
   bool IsWelcomed(RegionId region) const;
 
   // Gets the scene from the regions (client_scene.cpp).
   void OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void AskForScene(TimePoint now);
   void ReadScene(TimePoint now);
-  void ChooseSource(TimePoint now);
   void EnterScene(TimePoint now, std::shared_ptr<const Scene> scene, std::shared_ptr<const LevelIndex> index = nullptr);
 
   // Gets the tiles of a large level from the regions (client_tiles.cpp).
   void ReadTiles(TimePoint now);
   void AskForTiles(TimePoint now);
-  void ChooseTileSource(TimePoint now);
-  std::vector<TileStore::Place> TilePlaces() const;
 
   // Chooses the regions to be connected to (client_follow.cpp).
   void AdoptMap(RegionConnection& from, const replication::AnnouncedMap& announced);
@@ -137,16 +135,9 @@ struct Client::Impl {
   std::vector<RegionConnection> connections;     // ascending by region
   std::map<RegionId, RegionEndpoint> endpoints;  // the newest known of each
   bool follow_due = false;                       // map or endpoints have changed
-  std::optional<SceneFetch> fetch;               // until the scene is here
-  std::unique_ptr<SceneKeeper> keeper;           // while the scene is written into the folder
-  double interest_radius_m = 0;                  // 0: all of the world
-  // The level's tiles, once the scene is here and has some.
-  std::optional<TileStore> tiles;
-  std::optional<Vec3d> tile_centre;  // given by the caller
-  double tile_radius_m = 0;
-  std::optional<RegionId> tile_source{};
-  TimePoint tiles_heard_at{}, tiles_from{};                // when a part came last; until when none is asked for
-  std::vector<std::shared_ptr<const Tile>> leaving_tiles;  // valid until the next Poll
+  SceneDelivery delivery;
+  double interest_radius_m = 0;  // 0: all of the world
+  TileView tiles;
   ClientState state = ClientState::kJoining;
   bool started = false;
   bool searching = false;  // no region that is near answers, so all regions of the map are asked

@@ -9,7 +9,7 @@ namespace tessera::client {
 
 // A predicted body that moves needs inputs, too: they give the tick that is shown.
 void Client::Impl::MakeInputs(TimePoint now) {
-  if (own.watches() || fetch) return;
+  if (own.watches() || delivery.under_way()) return;
   const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();
   const auto seen = world.bodies().find(own.id());
   const bool moves = prediction.on() && seen != world.bodies().end() && !AtRest(seen->second.state);

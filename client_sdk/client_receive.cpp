@@ -124,6 +124,14 @@ RegionConnection* Client::Impl::ConnectionOf(net::PeerHandle peer) {
   return found == connections.end() ? nullptr : &*found;
 }
 
+std::vector<RegionId> Client::Impl::Welcomed() const {
+  std::vector<RegionId> welcomed;
+  for (const RegionConnection& connection : connections) {
+    if (connection.welcomed()) welcomed.push_back(connection.region());
+  }
+  return welcomed;
+}
+
 bool Client::Impl::AllWelcomed() const {
   return std::all_of(connections.begin(), connections.end(),
                      [](const RegionConnection& connection) { return connection.welcomed(); });
@@ -258,7 +266,7 @@ bool Client::Impl::IsStatic(BodyId body) const {
       std::lower_bound(bodies.begin(), bodies.end(), body, [](const BodyDef& def, BodyId id) { return def.id < id; });
   if (found != bodies.end() && found->id == body) return found->motion != Motion::kDynamic;
   // One that the scene does not have is in a tile, be it here or not.
-  return tiles.has_value() && body != BodyId() && !IsPlayerBody(body) && !IsSpawned(body);
+  return tiles.store() != nullptr && body != BodyId() && !IsPlayerBody(body) && !IsSpawned(body);
 }
 
 void Client::Impl::SettlePairs(TimePoint now) {
@@ -298,7 +306,7 @@ void Client::Impl::LookAgain(TimePoint now, const std::string& why) {
 
 // By which function of the game its region moves the own body. Only who owns the body is asked.
 void Client::Impl::OnMovement(RegionConnection& connection, const net::Bytes& bytes) {
-  if (!connection.welcomed() || fetch) return;
+  if (!connection.welcomed() || delivery.under_way()) return;
   const absl::StatusOr<replication::MovementNews> news = replication::DecodeMovementNews(bytes);
   if (!news.ok()) return connection.CountError();
   if (world.OwnerOf(news->state.body).value_or(connection.region()) != connection.region()) return;
@@ -315,7 +323,7 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   const replication::DatagramKind kind = replication::KindOf(bytes);
   if (kind == replication::DatagramKind::kRegionFigures) return connection.TakeFigures(bytes);
   if (kind == replication::DatagramKind::kMovement) return OnMovement(connection, bytes);
-  if (fetch) return;  // nothing says yet how to read it; it is not acknowledged, so it comes again
+  if (delivery.under_way()) return;  // nothing says yet how to read it; it is not acknowledged, so it comes again
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
   figures.Work(kUnitsToRead + kUnitsToTakeABody * std::ssize(snapshot->bodies));

@@ -52,7 +52,7 @@ absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
   if (me.recorder) return absl::FailedPreconditionError("a recording is under way");
   if (me.replay) return absl::FailedPreconditionError("this is a recording itself");
   if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
-  if (me.fetch) return absl::FailedPreconditionError("the scene is not here yet");
+  if (me.delivery.under_way()) return absl::FailedPreconditionError("the scene is not here yet");
   const std::vector<std::uint8_t> scene = PackScene(*me.session.scene);
   const RecordingHeader header{.instance_id = me.settings.instance_id,
                                .player = me.own.player(),

@@ -72,7 +72,7 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
 }
 
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::NewsOfWorld& news) {
-  switch (properties.Take(news, fetch ? nullptr : &session.scene->instance_properties, events)) {
+  switch (properties.Take(news, delivery.under_way() ? nullptr : &session.scene->instance_properties, events)) {
     case WorldProperties::News::kMalformed:
       return connection.CountError();
     case WorldProperties::News::kOld:
@@ -106,7 +106,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   if (me.own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
   constexpr char kNotYet[] = "nothing is predicted here, or not yet";
-  if (me.fetch) return absl::FailedPreconditionError(kNotYet);
+  if (me.delivery.under_way()) return absl::FailedPreconditionError(kNotYet);
   const std::vector<Prefab>& prefabs = me.session.scene->prefabs;
   const auto prefab = std::ranges::find(prefabs, ask.prefab, &Prefab::name);
   if (prefab == prefabs.end()) {

@@ -10,11 +10,9 @@
 // Thread rule: one thread at a time. The constructor, Go and the keeper touch files.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <fstream>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +21,6 @@
 #include "client_sdk/scene_keeper.h"
 #include "client_sdk/work_budget.h"
 #include "core/replication/scene_transfer.h"
-#include "core/world/ids.h"
 #include "core/world/packed_scene.h"
 #include "core/world/scene.h"
 #include "core/world/sha256.h"
@@ -32,11 +29,6 @@ namespace tessera::client {
 
 class SceneFetch {
  public:
-  using TimePoint = std::chrono::steady_clock::time_point;
-
-  // A region that has sent nothing for so long is asked no more while there is another.
-  static constexpr std::chrono::milliseconds kPatience{2000};
-
   // `scene_hash`: 64 hexadecimal digits. `cache_dir`: empty: nothing is kept. `packed`: the caller's; empty: the folder
   // or the regions have it.
   SceneFetch(std::string scene_hash, std::string cache_dir, std::vector<std::uint8_t> packed = {});
@@ -55,10 +47,6 @@ class SceneFetch {
   const std::shared_ptr<const LevelIndex>& index() const { return index_; }
   // After Go has given a scene of the regions, once: keeps it. Null if it is not to be kept.
   std::unique_ptr<SceneKeeper> TakeKeeper();
-
-  // The region that sends it, and since when nothing has come from there.
-  std::optional<RegionId> source{};
-  TimePoint heard_at{};
 
  private:
   enum class From : std::uint8_t { kFolder, kCaller, kRegions };
