@@ -34,6 +34,7 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
     : settings(std::move(settings_in)),
       session(std::move(session_in)),
       network(std::move(endpoint)),
+      progress(settings.deadline),
       own(session.player),
       inputs(session.player, session.tick_rate_hz),
       world(session.tick_rate_hz, SnapshotTicks(session)),
@@ -51,7 +52,7 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
   delivery.Begin(session.scene_hash, settings.scene_cache_dir, std::move(settings.packed_scene));
   // One that is here and small is read at once.
   if (delivery.reads()) ReadScene(TimePoint());
-  joined_by.reset();
+  progress.BeginJoining();
 }
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Begin(Settings settings, Session session) {
@@ -91,7 +92,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::JoinByGrant(std::span<const std:
 
 absl::Status Client::Renew(std::span<const std::uint8_t> grant) {
   if (impl_->replay) return absl::FailedPreconditionError("a recording needs no grant");
-  if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  if (impl_->progress.ended()) return absl::FailedPreconditionError("the client has ended");
   absl::StatusOr<net::JoinGrant> read = net::DecodeJoinGrant(grant);
   if (!read.ok()) return read.status();
   const std::string& instance = read->credentials.instance_id;
@@ -114,7 +115,7 @@ Client::~Client() { (void)impl_->EndRecording(); }
 
 std::vector<ClientEvent> Client::Poll(TimePoint now) {
   Impl& me = *impl_;
-  if (me.state == ClientState::kEnded) return std::exchange(me.events, {});
+  if (me.progress.ended()) return std::exchange(me.events, {});
   const TimePoint begin = Clock::now();
   me.since_last_poll = me.last_poll.has_value() ? now - *me.last_poll : std::chrono::nanoseconds(0);
   me.figures.BeginPoll(me.last_poll ? std::optional(me.since_last_poll) : std::nullopt);
@@ -128,10 +129,10 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   me.Receive(now);
   me.Correct();
   me.prediction.ExpireThrown(now, me.time.clock(), me.world, me.events);
-  if (me.state != ClientState::kEnded) {
+  if (!me.progress.ended()) {
     me.ReadScene(now);
   }
-  if (me.state != ClientState::kEnded) {
+  if (!me.progress.ended()) {
     me.AskForScene(now);
     me.ReadTiles(now);
     me.AskForTiles(now);
@@ -140,7 +141,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
     me.SettlePairs(now);
     me.CheckProgress(now);
   }
-  if (me.state != ClientState::kEnded) {
+  if (!me.progress.ended()) {
     for (RegionConnection& connection : me.connections) connection.DialIfDue(now, me.network, me.session.credentials);
     me.MakeInputs(now);
     me.SendInputs(now);
@@ -177,9 +178,9 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
   return status;
 }
 
-ClientState Client::state() const { return impl_->state; }
-absl::Status Client::reason() const { return impl_->reason; }
-bool Client::needs_new_grant() const { return impl_->needs_new_grant; }
+ClientState Client::state() const { return impl_->progress.state(); }
+absl::Status Client::reason() const { return impl_->progress.reason(); }
+bool Client::needs_new_grant() const { return impl_->progress.needs_new_grant(); }
 PlayerNumber Client::player() const { return impl_->own.watches() ? PlayerNumber() : impl_->own.player(); }
 BodyId Client::own_body() const { return impl_->own.watches() ? BodyId() : impl_->own.id(); }
 std::vector<std::uint8_t> Client::return_token() const {

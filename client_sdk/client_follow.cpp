@@ -7,14 +7,6 @@
 namespace tessera::client {
 namespace {
 
-// Without any region for so long, the instance counts as lost; shorter than that, a failover may bring it back.
-constexpr std::chrono::seconds kMaxSilence{30};
-// After so long without an answer all regions of the map are dialled: the regions that replace those that were near may
-// lie elsewhere.
-constexpr std::chrono::seconds kSearchAfter{1};
-// After so long none of the addresses that the client knows leads anywhere, as far as it can tell: longer than a
-// failover takes.
-constexpr std::chrono::seconds kAskForGrantAfter{3};
 // Margins beyond the radius of interest, as shares of it: a region is connected to before any of its bodies can come
 // into sight, and dropped when none can have been in sight for a while. The server's own hysteresis lies between.
 constexpr double kConnectBeyond = 0.25, kDropBeyond = 0.5;
@@ -48,7 +40,7 @@ void Client::Impl::AdoptEndpoints(RegionConnection& from,
 }
 
 void Client::Impl::Follow(TimePoint now) {
-  if (!follow_due && (interest_radius_m <= 0 || !started)) return;
+  if (!follow_due && (interest_radius_m <= 0 || !progress.started())) return;
   follow_due = false;
   DropGone(now);
   DropFar(now);
@@ -106,7 +98,7 @@ std::vector<RegionConnection>::iterator Client::Impl::Drop(std::vector<RegionCon
 }
 
 bool Client::Impl::Near(RegionId region, double more_m) const {
-  return interest_radius_m <= 0 || !started || searching || Touches(region, more_m);
+  return interest_radius_m <= 0 || !progress.started() || searching || Touches(region, more_m);
 }
 
 // Whether bodies of the region may be within the radius of interest and `more_m`.
@@ -122,28 +114,20 @@ bool Client::Impl::Touches(RegionId region, double more_m) const {
 }
 
 void Client::Impl::CheckProgress(TimePoint now) {
-  if (!joined_by.has_value()) joined_by = now + settings.deadline;
-  if (state == ClientState::kJoining && !delivery.under_way() && !connections.empty() && AllWelcomed())
-    state = ClientState::kWaiting;
-  if (state == ClientState::kWaiting && started) state = ClientState::kPlaying;
-  if (state == ClientState::kJoining && now >= *joined_by) return EndJoining();
-  if (std::any_of(connections.begin(), connections.end(), [](const RegionConnection& l) { return l.welcomed(); })) {
-    silent_since.reset();
-    asked_for_grant = false;
+  const bool any = std::ranges::any_of(connections, &RegionConnection::welcomed);
+  const ClientProgress::Due due = progress.Look(
+      now,
+      {.scene = !delivery.under_way(), .all_welcomed = !connections.empty() && AllWelcomed(), .any_welcomed = any});
+  if (due.late) return EndJoining();
+  if (any) {
     const auto found = [this](const RegionConnection& l) { return l.welcomed() && Touches(l.region(), 0); };
     searching = searching && std::none_of(connections.begin(), connections.end(), found);
-    return;
   }
-  if (!silent_since.has_value()) silent_since = now;
-  if (now - *silent_since >= kSearchAfter && !searching) searching = follow_due = true;
-  if (now - *silent_since >= kAskForGrantAfter && state != ClientState::kJoining && !asked_for_grant) {
-    asked_for_grant = true;
-    events.push_back({.kind = ClientEvent::Kind::kGrantNeeded});
-  }
-  if (now - *silent_since >= kMaxSilence && state != ClientState::kJoining) {
-    needs_new_grant = settings.by_grant;
-    End(absl::UnavailableError(absl::StrCat("instance ", settings.instance_id, ": no region answers any more")), "");
-  }
+  if (due.search && !searching) searching = follow_due = true;
+  if (due.ask_grant) events.push_back({.kind = ClientEvent::Kind::kGrantNeeded});
+  if (!due.lost) return;
+  End(absl::UnavailableError(absl::StrCat("instance ", settings.instance_id, ": no region answers any more")), "",
+      settings.by_grant);
 }
 
 // Another grant for the same player: it knows where the regions are now.
@@ -163,8 +147,7 @@ void Client::Impl::Renew(Session fresh) {
     const auto endpoint = endpoints.find(connection.region());
     if (!connection.welcomed() && endpoint != endpoints.end()) connection.Move(endpoint->second, network);
   }
-  silent_since.reset();
-  asked_for_grant = false;
+  progress.EndSilence();
   follow_due = true;
 }
 
@@ -191,17 +174,16 @@ void Client::Impl::EndJoining() {
     return End(absl::DeadlineExceededError(absl::StrCat("instance ", settings.instance_id, ": ", what)), "");
   }
   const auto welcomed = [](const RegionConnection& l) { return l.welcomed(); };
-  needs_new_grant = settings.by_grant && std::none_of(connections.begin(), connections.end(), welcomed);
+  const bool no_one = std::none_of(connections.begin(), connections.end(), welcomed);
   const std::string error = mute->last_error().empty() ? "" : absl::StrCat(": ", mute->last_error());
-  End(absl::DeadlineExceededError(absl::StrCat(mute->Where(), " does not answer", error)), "");
+  End(absl::DeadlineExceededError(absl::StrCat(mute->Where(), " does not answer", error)), "",
+      settings.by_grant && no_one);
 }
 
-void Client::Impl::End(absl::Status why, std::string detail) {
-  if (state == ClientState::kEnded) return;
-  state = ClientState::kEnded;
+void Client::Impl::End(absl::Status why, std::string detail, bool needs_new_grant) {
+  if (!progress.End(std::move(why), needs_new_grant)) return;
   prediction.DropThrown(world, events);
-  reason = std::move(why);
-  if (detail.empty()) detail = std::string(reason.message());
+  if (detail.empty()) detail = std::string(progress.reason().message());
   for (RegionConnection& connection : connections) connection.Stop(network);
   events.push_back({.kind = ClientEvent::Kind::kEnded, .detail = std::move(detail)});
 }

@@ -13,6 +13,7 @@
 #include "client_sdk/client.h"
 #include "client_sdk/client_endpoint.h"
 #include "client_sdk/client_figures.h"
+#include "client_sdk/client_progress.h"
 #include "client_sdk/game_talk.h"
 #include "client_sdk/input_maker.h"
 #include "client_sdk/own_body.h"
@@ -107,7 +108,7 @@ struct Client::Impl {
   void EndJoining();
   void Renew(Session fresh);
   void StartOver(TimePoint now);
-  void End(absl::Status why, std::string detail);
+  void End(absl::Status why, std::string detail, bool needs_new_grant = false);
 
   // Records, and plays back (client_recording.cpp).
   void RegionChanged(TimePoint now, RegionId region, RegionEntry::Change change);
@@ -138,11 +139,8 @@ struct Client::Impl {
   SceneDelivery delivery;
   double interest_radius_m = 0;  // 0: all of the world
   TileView tiles;
-  ClientState state = ClientState::kJoining;
-  bool started = false;
-  bool searching = false;  // no region that is near answers, so all regions of the map are asked
-  absl::Status reason;
-  bool needs_new_grant = false;
+  ClientProgress progress;
+  bool searching = false;           // no region that is near answers, so all regions of the map are asked
   std::vector<ClientEvent> events;  // the result of the Poll under way
 
   OwnBody own;
@@ -151,7 +149,6 @@ struct Client::Impl {
   std::set<RegionId> lost_regions;  // regions that the caller knows to be lost, until they are back
   PairBook pairs;
   WorldTime time;
-  bool asked_for_grant = false;  // in the present silence
 
   Prediction prediction;
   BodiesOnPaths on_paths;
@@ -166,7 +163,7 @@ struct Client::Impl {
   std::vector<std::string> notes;  // notes of the replay
 
   std::chrono::nanoseconds since_last_poll{0};  // at the beginning of the Poll under way
-  std::optional<TimePoint> joined_by, last_poll, silent_since;
+  std::optional<TimePoint> last_poll;
 };
 
 }  // namespace tessera::client

@@ -13,7 +13,7 @@ void Client::Impl::MakeInputs(TimePoint now) {
   const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();
   const auto seen = world.bodies().find(own.id());
   const bool moves = prediction.on() && seen != world.bodies().end() && !AtRest(seen->second.state);
-  const InputMaker::World in{.moves = started && !time.clock().paused,
+  const InputMaker::World in{.moves = progress.started() && !time.clock().paused,
                              .goes_on_alone = character || own.MovedByGame(),
                              .predicted = moves || prediction.NeedsInputs(),
                              .tick_rate_hz = time.playout().tick_rate_hz(),

@@ -82,7 +82,7 @@ void Client::Impl::Receive(TimePoint now) {
       continue;
     }
     OnEvent(now, *connection, event);
-    if (state == ClientState::kEnded) return;
+    if (progress.ended()) return;
   }
 }
 
@@ -209,8 +209,7 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
 }
 
 void Client::Impl::Start() {
-  if (started) return;
-  started = true;
+  if (!progress.Start()) return;
   follow_due = true;  // until then the client is connected to every region
   events.push_back({.kind = ClientEvent::Kind::kStarted});
 }
@@ -234,7 +233,7 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
 void Client::Impl::OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal) {
   const bool ends = refusal.reason == net::Refused::kStopping && !connection.goes_on();
   const bool for_good = refusal.reason == net::Refused::kProtocol || ends;
-  if (state == ClientState::kJoining || for_good) {
+  if (progress.state() == ClientState::kJoining || for_good) {
     return On(now, connection, replication::RegionRefusal{static_cast<RefusalReason>(refusal.reason), refusal.detail});
   }
   connection.Failed(refusal.detail);

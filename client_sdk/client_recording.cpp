@@ -51,14 +51,14 @@ absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
   Impl& me = *impl_;
   if (me.recorder) return absl::FailedPreconditionError("a recording is under way");
   if (me.replay) return absl::FailedPreconditionError("this is a recording itself");
-  if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  if (me.progress.ended()) return absl::FailedPreconditionError("the client has ended");
   if (me.delivery.under_way()) return absl::FailedPreconditionError("the scene is not here yet");
   const std::vector<std::uint8_t> scene = PackScene(*me.session.scene);
   const RecordingHeader header{.instance_id = me.settings.instance_id,
                                .player = me.own.player(),
                                .tick_rate_hz = me.session.tick_rate_hz,
                                .snapshot_rate_hz = me.session.snapshot_rate_hz,
-                               .started = me.started,
+                               .started = me.progress.started(),
                                .map = WrittenMap(me.session.map),
                                .scene = std::string(AsText(scene))};
   absl::StatusOr<RecordingWriter> writer = RecordingWriter::Create(file, header, max_bytes);
@@ -113,7 +113,7 @@ void Client::Impl::RecordEvents(TimePoint now) {
     if (!FollowsFromTheWorld(event.kind)) recorder->Event(now, event);
   }
   absl::Status status = recorder->Flush(now);
-  if (status.ok() && state != ClientState::kEnded) return;
+  if (status.ok() && !progress.ended()) return;
   const absl::Status closed = EndRecording();
   if (status.ok()) status = closed;
   if (status.ok()) return;
@@ -135,8 +135,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Play(const std::string& file) {
 
 std::unique_ptr<Client::Impl> Client::Impl::Playing(Replay from) {
   auto impl = std::make_unique<Impl>(Settings{.instance_id = from.header().instance_id}, from.session(), nullptr);
-  impl->state = from.header().started ? ClientState::kPlaying : ClientState::kWaiting;
-  impl->started = from.header().started;
+  impl->progress.Stand(from.header().started);
   impl->replay.emplace(std::move(from));
   return impl;
 }
@@ -194,8 +193,7 @@ void Client::Impl::PlayStep(Replay::Step step) {
     session.map = std::move(*map);
   } else if (auto* standing = std::get_if<Replay::Standing>(&step.what)) {
     session.map = std::move(standing->map);
-    started = standing->started;
-    state = started ? ClientState::kPlaying : ClientState::kWaiting;
+    progress.Stand(standing->started);
     properties.Change(std::move(standing->world), session.scene->instance_properties, events);
     for (const auto& [region, connected] : standing->regions) {
       RegionChanged(step.at, region, RegionEntry::Change::kBegins);
@@ -208,10 +206,7 @@ void Client::Impl::PlayStep(Replay::Step step) {
     properties.Change(std::move(of_world->changed), session.scene->instance_properties, events);
   } else {
     auto& event = std::get<ClientEvent>(step.what);
-    if (event.kind == ClientEvent::Kind::kStarted) {
-      started = true;
-      state = ClientState::kPlaying;
-    }
+    if (event.kind == ClientEvent::Kind::kStarted) progress.Stand(true);
     events.push_back(std::move(event));
   }
 }

@@ -52,7 +52,7 @@ void Client::Impl::OnSceneMessage(TimePoint now, RegionConnection& connection, c
   const absl::StatusOr<bool> fresh =
       delivery.Take(now, connection.region(), std::get<replication::SceneChunk>(*message));
   if (!fresh.ok()) return End(fresh.status(), "");
-  if (*fresh) joined_by = now + settings.deadline;
+  if (*fresh) progress.Step(now);
 }
 
 // A part with each poll.
@@ -61,7 +61,7 @@ void Client::Impl::ReadScene(TimePoint now) {
   const bool reads = delivery.reads();
   absl::StatusOr<SceneDelivery::Read> read = delivery.Work(budget);
   if (!read.ok()) return End(read.status(), "");
-  if (reads) joined_by = now + settings.deadline;  // nobody else is to blame for how long this takes
+  if (reads) progress.Step(now);  // nobody else is to blame for how long this takes
   if (read->scene != nullptr) EnterScene(now, std::move(read->scene), std::move(read->index));
   figures.Work(budget.spent());
 }

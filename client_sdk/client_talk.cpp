@@ -96,7 +96,7 @@ void Client::Impl::SendCommands(TimePoint now) {
 absl::Status Client::Send(std::string_view bytes) {
   if (impl_->replay) return absl::FailedPreconditionError("a recording takes no commands");
   if (impl_->own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
-  if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  if (impl_->progress.ended()) return absl::FailedPreconditionError("the client has ended");
   return impl_->talk.Push(bytes, ShownAt(impl_->time.shown_tick()));
 }
 
@@ -104,7 +104,7 @@ absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_vie
   Impl& me = *impl_;
   if (me.replay) return absl::FailedPreconditionError("a recording takes no commands");
   if (me.own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
-  if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  if (me.progress.ended()) return absl::FailedPreconditionError("the client has ended");
   constexpr char kNotYet[] = "nothing is predicted here, or not yet";
   if (me.delivery.under_way()) return absl::FailedPreconditionError(kNotYet);
   const std::vector<Prefab>& prefabs = me.session.scene->prefabs;
