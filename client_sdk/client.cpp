@@ -34,6 +34,7 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
     : settings(std::move(settings_in)),
       session(std::move(session_in)),
       network(std::move(endpoint)),
+      regions(std::move(session.map), session.regions, *NoScene()),
       progress(settings.deadline),
       own(session.player),
       inputs(session.player, session.tick_rate_hz),
@@ -41,10 +42,6 @@ Client::Impl::Impl(Settings settings_in, Session session_in, std::unique_ptr<net
       time(session.tick_rate_hz, session.snapshot_rate_hz) {
   network.Simulate(settings.network);
   const std::shared_ptr<const Scene> scene = std::exchange(session.scene, NoScene());
-  for (const RegionEndpoint& region : session.regions) {
-    endpoints.emplace(region.region, region);
-    connections.emplace_back(region, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
-  }
   if (scene != nullptr) {
     EnterScene(TimePoint(), scene);
     return;
@@ -142,7 +139,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
     me.CheckProgress(now);
   }
   if (!me.progress.ended()) {
-    for (RegionConnection& connection : me.connections) connection.DialIfDue(now, me.network, me.session.credentials);
+    me.regions.Dial(now, me.network, me.session.credentials);
     me.MakeInputs(now);
     me.SendInputs(now);
     me.SendCommands(now);
@@ -188,7 +185,7 @@ std::vector<std::uint8_t> Client::return_token() const {
   return ReturnTokenOf(impl_->session.credentials);
 }
 const Scene& Client::scene() const { return *impl_->session.scene; }
-const PartitionMap& Client::map() const { return impl_->session.map; }
+const PartitionMap& Client::map() const { return impl_->regions.map(); }
 WorldClock Client::clock() const { return impl_->time.clock(); }
 Tick Client::tick() const { return impl_->time.newest(); }
 std::uint32_t Client::last_applied_input() const { return impl_->inputs.last_applied(); }
@@ -236,7 +233,7 @@ ClientStats Client::Impl::Stats() const {
   const Impl& me = *this;
   ClientStats stats;
   me.figures.AddTo(stats);
-  for (const RegionConnection& connection : me.connections) {
+  for (const RegionConnection& connection : std::as_const(me.regions).all()) {
     stats.regions.push_back(connection.Stats(me.network));
     stats.datagrams_lost += stats.regions.back().datagrams_lost;
     stats.datagrams_passed_over += stats.regions.back().datagrams_passed_over;

@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -14,13 +13,13 @@
 #include "client_sdk/client_endpoint.h"
 #include "client_sdk/client_figures.h"
 #include "client_sdk/client_progress.h"
+#include "client_sdk/connected_regions.h"
 #include "client_sdk/game_talk.h"
 #include "client_sdk/input_maker.h"
 #include "client_sdk/own_body.h"
 #include "client_sdk/pair_book.h"
 #include "client_sdk/prediction.h"
 #include "client_sdk/recorder.h"
-#include "client_sdk/region_connection.h"
 #include "client_sdk/replay.h"
 #include "client_sdk/scene_delivery.h"
 #include "client_sdk/session.h"
@@ -56,6 +55,7 @@ struct Client::Impl {
   std::map<net::PeerHandle, Tick> OldestToRead(const std::vector<net::Event>& arrived) const;
   void OnEvent(TimePoint now, RegionConnection& connection, const net::Event& event);
   void OnDisconnected(TimePoint now, RegionConnection& connection);
+  void OnLost(TimePoint now, RegionId region);
   void OnControl(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void On(TimePoint now, RegionConnection& connection, const replication::Welcome& welcome);
   void On(TimePoint now, RegionConnection& connection, const replication::RegionRefusal& refusal);
@@ -74,14 +74,9 @@ struct Client::Impl {
   void OnMovement(RegionConnection& connection, const net::Bytes& bytes);
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
   void OnSessionEnded(const std::string& why);
-  void LookAgain(TimePoint now, const std::string& why);
   bool IsStatic(BodyId body) const;
   void SettlePairs(TimePoint now);
   void Start();
-  RegionConnection* ConnectionOf(net::PeerHandle peer);
-  bool AllWelcomed() const;
-  std::vector<RegionId> Welcomed() const;
-  bool IsWelcomed(RegionId region) const;
 
   // Gets the scene from the regions (client_scene.cpp).
   void OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
@@ -94,16 +89,8 @@ struct Client::Impl {
   void AskForTiles(TimePoint now);
 
   // Chooses the regions to be connected to (client_follow.cpp).
-  void AdoptMap(RegionConnection& from, const replication::AnnouncedMap& announced);
-  void AdoptEndpoints(RegionConnection& from, const std::vector<replication::AnnouncedEndpoint>& announced);
+  ConnectedRegions::Interest Interest() const;
   void Follow(TimePoint now);
-  void DropGone(TimePoint now);
-  void DropFar(TimePoint now);
-  void MoveConnections(TimePoint now);
-  void AddMissing();
-  bool Near(RegionId region, double more_m) const;
-  bool Touches(RegionId region, double more_m) const;
-  std::vector<RegionConnection>::iterator Drop(std::vector<RegionConnection>::iterator connection);
   void CheckProgress(TimePoint now);
   void EndJoining();
   void Renew(Session fresh);
@@ -133,20 +120,15 @@ struct Client::Impl {
   Settings settings;
   Session session;
   ClientEndpoint network;
-  std::vector<RegionConnection> connections;     // ascending by region
-  std::map<RegionId, RegionEndpoint> endpoints;  // the newest known of each
-  bool follow_due = false;                       // map or endpoints have changed
+  ConnectedRegions regions;
   SceneDelivery delivery;
-  double interest_radius_m = 0;  // 0: all of the world
   TileView tiles;
   ClientProgress progress;
-  bool searching = false;           // no region that is near answers, so all regions of the map are asked
   std::vector<ClientEvent> events;  // the result of the Poll under way
 
   OwnBody own;
   InputMaker inputs;
   WorldView world;
-  std::set<RegionId> lost_regions;  // regions that the caller knows to be lost, until they are back
   PairBook pairs;
   WorldTime time;
 

@@ -43,7 +43,7 @@ void Client::Impl::Correct() {
 // Each input goes to the region that owns its body, and to all regions while the owner is unknown.
 void Client::Impl::SendInputs(TimePoint now) {
   const bool due = inputs.Due(now);
-  for (RegionConnection& connection : connections) {
+  for (RegionConnection& connection : regions.all()) {
     const auto is_its_own = [&](BodyId body) {
       return world.OwnerOf(own.MovedBy(body)).value_or(connection.region()) == connection.region();
     };

@@ -75,7 +75,7 @@ void Client::Impl::Receive(TimePoint now) {
   const std::map<net::PeerHandle, Tick> worth_reading = OldestToRead(arrived);
   for (const net::Event& event : arrived) {
     figures.Work(kUnitsToReceive);
-    RegionConnection* connection = ConnectionOf(event.peer);
+    RegionConnection* connection = regions.Of(event.peer);
     if (connection == nullptr) continue;  // dropped earlier in this very batch
     if (const auto tick = TickOfSnapshot(event); tick && *tick < worth_reading.at(event.peer)) {
       connection->PassOver();
@@ -118,32 +118,13 @@ void Client::Impl::OnEvent(TimePoint now, RegionConnection& connection, const ne
   }
 }
 
-RegionConnection* Client::Impl::ConnectionOf(net::PeerHandle peer) {
-  const auto found =
-      std::find_if(connections.begin(), connections.end(), [&](const RegionConnection& l) { return l.peer() == peer; });
-  return found == connections.end() ? nullptr : &*found;
-}
-
-std::vector<RegionId> Client::Impl::Welcomed() const {
-  std::vector<RegionId> welcomed;
-  for (const RegionConnection& connection : connections) {
-    if (connection.welcomed()) welcomed.push_back(connection.region());
-  }
-  return welcomed;
-}
-
-bool Client::Impl::AllWelcomed() const {
-  return std::all_of(connections.begin(), connections.end(),
-                     [](const RegionConnection& connection) { return connection.welcomed(); });
-}
-
 void Client::Impl::OnDisconnected(TimePoint now, RegionConnection& connection) {
-  const bool lost = connection.welcomed();
-  connection.Disconnected(now);
-  if (!lost) return;
-  RegionChanged(now, connection.region(), RegionEntry::Change::kLost);
-  lost_regions.insert(connection.region());
-  events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = connection.region()});
+  if (regions.Disconnected(now, connection)) OnLost(now, connection.region());
+}
+
+void Client::Impl::OnLost(TimePoint now, RegionId region) {
+  RegionChanged(now, region, RegionEntry::Change::kLost);
+  events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = region});
 }
 
 void Client::Impl::OnControl(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
@@ -155,9 +136,17 @@ void Client::Impl::OnControl(TimePoint now, RegionConnection& connection, const 
 
 void Client::Impl::On(TimePoint, RegionConnection&, const replication::Started&) { Start(); }
 
-void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::MapNews& news) {
-  AdoptEndpoints(connection, news.endpoints);
-  AdoptMap(connection, news.map);
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::MapNews& news) {
+  for (std::size_t left = regions.AdoptEndpoints(news.endpoints); left > 0; --left) connection.CountError();
+  switch (regions.AdoptMap(news.map)) {
+    case ConnectedRegions::News::kMalformed:
+      return connection.CountError();
+    case ConnectedRegions::News::kOld:
+      return;
+    case ConnectedRegions::News::kNew:
+      if (recorder) recorder->Map(now, WrittenMap(regions.map()));
+      events.push_back({.kind = ClientEvent::Kind::kMapChanged});
+  }
 }
 
 void Client::Impl::On(TimePoint, RegionConnection& connection, const replication::InputRefusal& refusal) {
@@ -185,14 +174,11 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
                                                 " to player ", welcome.player)),
                "");
   }
-  if (std::ranges::none_of(connections, &RegionConnection::welcomed)) time.AfterSilence();
-  connection.Welcomed();
+  if (!regions.AnyWelcomed()) time.AfterSilence();
+  const bool back = regions.Welcomed(connection);
   RegionChanged(now, connection.region(), RegionEntry::Change::kBegins);
-  // One that is dialled for the first time, or at another address, was never lost.
-  if (lost_regions.erase(connection.region()) > 0)
-    events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
-  AdoptEndpoints(connection, welcome.news.endpoints);
-  AdoptMap(connection, welcome.news.map);
+  if (back) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
+  On(now, connection, welcome.news);
   if (welcome.clock) On(now, connection, *welcome.clock);
   if (welcome.started) Start();
 }
@@ -210,7 +196,7 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
 
 void Client::Impl::Start() {
   if (!progress.Start()) return;
-  follow_due = true;  // until then the client is connected to every region
+  regions.Start();
   events.push_back({.kind = ClientEvent::Kind::kStarted});
 }
 
@@ -276,30 +262,18 @@ void Client::Impl::SettlePairs(TimePoint now) {
 void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const std::string& why) {
   connection.Stop(network);
   RegionChanged(now, connection.region(), RegionEntry::Change::kLost);
-  const auto stopped = [](const RegionConnection& l) { return l.state() == RegionConnection::State::kStopped; };
-  if (!std::all_of(connections.begin(), connections.end(), stopped)) return;
-  // The map may name other regions: some that replace these, and some that were too far away to connect to. They are
-  // dialled.
-  bool any_new = false, any_near = false;
-  for (const MapRegion& region : session.map.regions()) {
-    const auto is_it = [&](const RegionConnection& l) { return l.region() == region.id; };
-    if (std::any_of(connections.begin(), connections.end(), is_it)) continue;
-    any_new = true;
-    any_near = any_near || Near(region.id, 0);
-  }
-  if (!any_new && std::ranges::any_of(connections, &RegionConnection::goes_on)) return LookAgain(now, why);
-  if (!any_new) return End(absl::OkStatus(), absl::StrCat("the instance ends: ", why));
-  searching = searching || !any_near;
-  follow_due = true;
-}
-
-// All processes have ended, and the world has not: they are dialled where they were, and wherever a grant says.
-void Client::Impl::LookAgain(TimePoint now, const std::string& why) {
-  for (RegionConnection& connection : connections) {
-    connection.Failed(why);
-    connection.Disconnected(now);
-    lost_regions.insert(connection.region());
-    events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = connection.region(), .detail = why});
+  switch (regions.AfterStop(Interest())) {
+    case ConnectedRegions::Left::kSome:
+    case ConnectedRegions::Left::kOthers:
+      return;
+    case ConnectedRegions::Left::kSame:
+      regions.DialAgain(now, why);
+      for (const RegionConnection& lost : regions.all()) {
+        events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = lost.region(), .detail = why});
+      }
+      return;
+    case ConnectedRegions::Left::kNone:
+      return End(absl::OkStatus(), absl::StrCat("the instance ends: ", why));
   }
 }
 

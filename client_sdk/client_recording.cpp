@@ -59,7 +59,7 @@ absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
                                .tick_rate_hz = me.session.tick_rate_hz,
                                .snapshot_rate_hz = me.session.snapshot_rate_hz,
                                .started = me.progress.started(),
-                               .map = WrittenMap(me.session.map),
+                               .map = WrittenMap(me.regions.map()),
                                .scene = std::string(AsText(scene))};
   absl::StatusOr<RecordingWriter> writer = RecordingWriter::Create(file, header, max_bytes);
   if (!writer.ok()) return writer.status();
@@ -91,20 +91,12 @@ void Client::Impl::RecordAllKnown(TimePoint now) {
     snapshot.tick = std::max(snapshot.tick, body.tick);
     snapshot.bodies.push_back({id, body.epoch, body.state, body.properties});
   }
-  for (const RegionConnection& connection : connections) {
-    if (connection.welcomed()) known.try_emplace(connection.region());
-  }
+  for (const RegionId region : regions.Welcomed()) known.try_emplace(region);
   for (const auto& [region, snapshot] : known) {
     recorder->Region(now, region, RegionEntry::Change::kBegins);
     if (!snapshot.bodies.empty()) recorder->Snapshot(now, region, snapshot);
-    if (!IsWelcomed(region)) recorder->Region(now, region, RegionEntry::Change::kLost);
+    if (!regions.IsWelcomed(region)) recorder->Region(now, region, RegionEntry::Change::kLost);
   }
-}
-
-bool Client::Impl::IsWelcomed(RegionId region) const {
-  return std::any_of(connections.begin(), connections.end(), [&](const RegionConnection& connection) {
-    return connection.region() == region && connection.welcomed();
-  });
 }
 
 void Client::Impl::RecordEvents(TimePoint now) {
@@ -190,9 +182,9 @@ void Client::Impl::PlayStep(Replay::Step step) {
   } else if (const auto* change = std::get_if<RegionEntry>(&step.what)) {
     RegionChanged(step.at, change->region, change->change);
   } else if (auto* map = std::get_if<PartitionMap>(&step.what)) {
-    session.map = std::move(*map);
+    regions.SetMap(std::move(*map));
   } else if (auto* standing = std::get_if<Replay::Standing>(&step.what)) {
-    session.map = std::move(standing->map);
+    regions.SetMap(std::move(standing->map));
     progress.Stand(standing->started);
     properties.Change(std::move(standing->world), session.scene->instance_properties, events);
     for (const auto& [region, connected] : standing->regions) {

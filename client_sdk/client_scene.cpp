@@ -18,8 +18,6 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene,
                               std::shared_ptr<const LevelIndex> index) {
   session.scene = std::move(scene);
   if (index != nullptr) tiles.Begin(session.scene, index, settings.scene_cache_dir);
-  const replication::SnapshotSettings snapshots = replication::SnapshotSettingsFor(*session.scene);
-  interest_radius_m = snapshots.interest_radius_m;
   world = WorldView(session.tick_rate_hz, static_cast<double>(session.tick_rate_hz) / session.snapshot_rate_hz,
                     session.scene->properties, BodiesAtMost(*session.scene));
   on_paths = BodiesOnPaths(session.scene);
@@ -31,11 +29,8 @@ void Client::Impl::EnterScene(TimePoint now, std::shared_ptr<const Scene> scene,
                         .detail = std::string(fits.message())});
     }
   }
-  for (RegionConnection& connection : connections) {
-    connection.Begin(session.scene->bounds, snapshots);
-    if (connection.welcomed()) world.RegionBegins(now, connection.region());
-  }
-  follow_due = true;
+  regions.Begin(*session.scene);
+  for (const RegionId region : regions.Welcomed()) world.RegionBegins(now, region);
   properties.Begin(session.scene->instance_properties, events);
 }
 
@@ -67,8 +62,8 @@ void Client::Impl::ReadScene(TimePoint now) {
 }
 
 void Client::Impl::AskForScene(TimePoint now) {
-  if (delivery.under_way()) delivery.Choose(now, Welcomed());
-  for (RegionConnection& connection : connections) {
+  if (delivery.under_way()) delivery.Choose(now, regions.Welcomed());
+  for (RegionConnection& connection : regions.all()) {
     if (!connection.welcomed() || (!delivery.under_way() && !connection.holds())) continue;
     figures.Sent(connection.AskForScene(now, network, delivery.RequestTo(connection.region())));
   }

@@ -85,9 +85,9 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
 
 // To the region that owns the own body, and to all while that is unknown.
 void Client::Impl::SendCommands(TimePoint now) {
-  const auto bytes = talk.Write(now, std::ranges::any_of(connections, &RegionConnection::welcomed));
+  const auto bytes = talk.Write(now, regions.AnyWelcomed());
   if (!bytes) return;
-  for (RegionConnection& connection : connections) {
+  for (RegionConnection& connection : regions.all()) {
     if (world.OwnerOf(own.id()).value_or(connection.region()) != connection.region()) continue;
     figures.Sent(connection.SendCommands(now, network, *bytes));
   }

@@ -32,10 +32,10 @@ void Client::Impl::ReadTiles(TimePoint now) {
 // The own body's region first: it is the one that is surely there for long.
 void Client::Impl::AskForTiles(TimePoint now) {
   if (tiles.store() == nullptr) return;
-  const std::vector<TileView::Wish> wishes = tiles.Wishes(now, Welcomed(), world.OwnerOf(own.id()));
+  const std::vector<TileView::Wish> wishes = tiles.Wishes(now, regions.Welcomed(), world.OwnerOf(own.id()));
   const absl::StatusOr<replication::Digest> hash = replication::DigestFrom(session.scene_hash);
   if (!hash.ok()) return;
-  for (RegionConnection& connection : connections) {
+  for (RegionConnection& connection : regions.all()) {
     const bool sends = tiles.IsSource(connection.region());
     figures.Sent(connection.AskForTiles(now, network, *hash, sends ? wishes : std::vector<TileView::Wish>{}));
   }
