@@ -88,7 +88,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::JoinByGrant(std::span<const std:
 }
 
 absl::Status Client::Renew(std::span<const std::uint8_t> grant) {
-  if (impl_->replay) return absl::FailedPreconditionError("a recording needs no grant");
+  if (impl_->playback) return absl::FailedPreconditionError("a recording needs no grant");
   if (impl_->progress.ended()) return absl::FailedPreconditionError("the client has ended");
   absl::StatusOr<net::JoinGrant> read = net::DecodeJoinGrant(grant);
   if (!read.ok()) return read.status();
@@ -108,7 +108,7 @@ absl::Status Client::Renew(std::span<const std::uint8_t> grant) {
 }
 
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Client::~Client() { (void)impl_->EndRecording(); }
+Client::~Client() { (void)impl_->recording.End(); }
 
 std::vector<ClientEvent> Client::Poll(TimePoint now) {
   Impl& me = *impl_;
@@ -118,7 +118,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   me.figures.BeginPoll(me.last_poll ? std::optional(me.since_last_poll) : std::nullopt);
   me.last_poll = now;
   me.tiles.LetGo();
-  if (me.replay) {
+  if (me.playback) {
     me.PlayBack(now);
     me.figures.MeasureRates(now);
     return std::exchange(me.events, {});
@@ -145,7 +145,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
     me.SendCommands(now);
   }
   me.network.Flush();
-  me.RecordEvents(now);
+  me.recording.EndPoll(now, me.progress.ended(), me.events);
   me.figures.MeasureRates(now);
   me.figures.EndPoll(Clock::now() - begin);
   return std::exchange(me.events, {});
@@ -162,15 +162,15 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
 }
 
 absl::Status Client::Leave(std::chrono::milliseconds deadline) {
-  if (impl_->replay || impl_->own.watches()) {
+  if (impl_->playback || impl_->own.watches()) {
     impl_->End(absl::OkStatus(), "left");
-    (void)impl_->EndRecording();
+    (void)impl_->recording.End();
     return absl::OkStatus();
   }
   const absl::Status status =
       impl_->settings.leave ? impl_->settings.leave(impl_->session.credentials, deadline) : absl::OkStatus();
   impl_->End(absl::OkStatus(), "left");
-  (void)impl_->EndRecording();  // a caller who wants the status has called StopRecording
+  (void)impl_->recording.End();  // a caller who wants the status has called StopRecording
   impl_->network.Flush();
   return status;
 }
@@ -181,7 +181,7 @@ bool Client::needs_new_grant() const { return impl_->progress.needs_new_grant();
 PlayerNumber Client::player() const { return impl_->own.watches() ? PlayerNumber() : impl_->own.player(); }
 BodyId Client::own_body() const { return impl_->own.watches() ? BodyId() : impl_->own.id(); }
 std::vector<std::uint8_t> Client::return_token() const {
-  if (impl_->replay || impl_->own.watches()) return {};
+  if (impl_->playback || impl_->own.watches()) return {};
   return ReturnTokenOf(impl_->session.credentials);
 }
 const Scene& Client::scene() const { return *impl_->session.scene; }

@@ -16,11 +16,11 @@
 #include "client_sdk/connected_regions.h"
 #include "client_sdk/game_talk.h"
 #include "client_sdk/input_maker.h"
+#include "client_sdk/live_recording.h"
 #include "client_sdk/own_body.h"
 #include "client_sdk/pair_book.h"
+#include "client_sdk/playback.h"
 #include "client_sdk/prediction.h"
-#include "client_sdk/recorder.h"
-#include "client_sdk/replay.h"
 #include "client_sdk/scene_delivery.h"
 #include "client_sdk/session.h"
 #include "client_sdk/tile_view.h"
@@ -99,10 +99,7 @@ struct Client::Impl {
 
   // Records, and plays back (client_recording.cpp).
   void RegionChanged(TimePoint now, RegionId region, RegionEntry::Change change);
-  void RecordAllKnown(TimePoint now);
-  void RecordEvents(TimePoint now);
-  absl::Status EndRecording();
-  static std::unique_ptr<Impl> Playing(Replay from);
+  static std::unique_ptr<Impl> Playing(Playback from);
   void PlayBack(TimePoint now);
   void PlayStep(Replay::Step step);
 
@@ -139,10 +136,8 @@ struct Client::Impl {
   GameTalk talk;
   WorldProperties properties;
 
-  std::optional<Recorder> recorder;
-  std::optional<Replay> replay;    // instead of regions
-  bool catching_up = false;        // with what stood where it was sought: nobody saw the frames since then
-  std::vector<std::string> notes;  // notes of the replay
+  LiveRecording recording;
+  std::optional<Playback> playback;  // instead of regions
 
   std::chrono::nanoseconds since_last_poll{0};  // at the beginning of the Poll under way
   std::optional<TimePoint> last_poll;

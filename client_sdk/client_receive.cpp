@@ -144,7 +144,7 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
     case ConnectedRegions::News::kOld:
       return;
     case ConnectedRegions::News::kNew:
-      if (recorder) recorder->Map(now, WrittenMap(regions.map()));
+      recording.Map(now, regions.map());
       events.push_back({.kind = ClientEvent::Kind::kMapChanged});
   }
 }
@@ -305,7 +305,7 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const
   inputs.NoteLast(snapshot->last_input);
   inputs.SkipPast(snapshot->last_input);
   time.Arrived(now, snapshot->tick);
-  if (recorder) recorder->Snapshot(now, connection.region(), *snapshot);
+  recording.Snapshot(now, connection.region(), *snapshot);
   world.Take(now, connection.region(), *snapshot, events);
   NoteApplied(now, connection, *snapshot);
   if (connection.AcknowledgementUrgent()) figures.Sent(connection.Send(now, network, {}));

@@ -79,7 +79,7 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
     case WorldProperties::News::kSame:
       return;
     case WorldProperties::News::kNew:
-      if (recorder) recorder->World(now, news.properties);
+      recording.World(now, news.properties);
   }
 }
 
@@ -94,7 +94,7 @@ void Client::Impl::SendCommands(TimePoint now) {
 }
 
 absl::Status Client::Send(std::string_view bytes) {
-  if (impl_->replay) return absl::FailedPreconditionError("a recording takes no commands");
+  if (impl_->playback) return absl::FailedPreconditionError("a recording takes no commands");
   if (impl_->own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (impl_->progress.ended()) return absl::FailedPreconditionError("the client has ended");
   return impl_->talk.Push(bytes, ShownAt(impl_->time.shown_tick()));
@@ -102,7 +102,7 @@ absl::Status Client::Send(std::string_view bytes) {
 
 absl::StatusOr<BodyId> Client::PredictSpawn(const SpawnAsk& ask, std::string_view command) {
   Impl& me = *impl_;
-  if (me.replay) return absl::FailedPreconditionError("a recording takes no commands");
+  if (me.playback) return absl::FailedPreconditionError("a recording takes no commands");
   if (me.own.watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (me.progress.ended()) return absl::FailedPreconditionError("the client has ended");
   constexpr char kNotYet[] = "nothing is predicted here, or not yet";
