@@ -5,6 +5,20 @@
 #include "client_sdk/client_impl.h"
 
 namespace tessera::client {
+namespace {
+
+// Says why the time to join has passed in vain.
+absl::Status NotJoined(const std::string& instance, const ConnectedRegions& regions, bool scene) {
+  if (const RegionConnection* mute = regions.Mute()) {
+    const std::string error = mute->last_error().empty() ? "" : absl::StrCat(": ", mute->last_error());
+    return absl::DeadlineExceededError(absl::StrCat(mute->Where(), " does not answer", error));
+  }
+  const std::string what = scene ? "there are no regions" : "the regions do not send the scene";
+  return absl::DeadlineExceededError(absl::StrCat("instance ", instance, ": ", what));
+}
+
+}  // namespace
+
 ConnectedRegions::Interest Client::Impl::Interest() const {
   if (own.watches()) return {};
   return {.centre = own.Position(world, *session.scene), .owner = world.OwnerOf(own.id())};
@@ -26,10 +40,13 @@ void Client::Impl::Follow(TimePoint now) {
 }
 
 void Client::Impl::CheckProgress(TimePoint now) {
-  const bool any = regions.AnyWelcomed();
+  const bool any = regions.AnyWelcomed(), scene = !delivery.under_way();
   const ClientProgress::Due due =
-      progress.Look(now, {.scene = !delivery.under_way(), .all_welcomed = regions.AllWelcomed(), .any_welcomed = any});
-  if (due.late) return EndJoining();
+      progress.Look(now, {.scene = scene, .all_welcomed = regions.AllWelcomed(), .any_welcomed = any});
+  if (due.late) {
+    return End(NotJoined(settings.instance_id, regions, scene), "",
+               settings.by_grant && !any && regions.Mute() != nullptr);
+  }
   if (any && regions.searching()) regions.EndSearchIfFound(Interest());
   if (due.search) regions.Search();
   if (due.ask_grant) events.push_back({.kind = ClientEvent::Kind::kGrantNeeded});
@@ -57,18 +74,6 @@ void Client::Impl::StartOver(TimePoint now) {
   time.StartOver(now);
   inputs.Forget();
   prediction.Forget();
-}
-
-// The time to join is over.
-void Client::Impl::EndJoining() {
-  const RegionConnection* mute = regions.Mute();
-  if (mute == nullptr) {
-    const std::string what = delivery.under_way() ? "the regions do not send the scene" : "there are no regions";
-    return End(absl::DeadlineExceededError(absl::StrCat("instance ", settings.instance_id, ": ", what)), "");
-  }
-  const std::string error = mute->last_error().empty() ? "" : absl::StrCat(": ", mute->last_error());
-  End(absl::DeadlineExceededError(absl::StrCat(mute->Where(), " does not answer", error)), "",
-      settings.by_grant && !regions.AnyWelcomed());
 }
 
 void Client::Impl::End(absl::Status why, std::string detail, bool needs_new_grant) {

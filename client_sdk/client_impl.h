@@ -1,8 +1,8 @@
 // Inside of Client. Not for others.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -45,14 +45,22 @@ struct Client::Settings {
   LeaveCall leave{};                         // null: leaving closes the connections, and that is all
 };
 
+// Routes between the parts of a client, each of which owns what it knows. A poll (client.cpp) goes through them so:
+//
+//   datagrams -> connections -> messages -> scene and tiles, world, time, talk        (Receive)
+//   world, inputs -> what is predicted                                                (Correct)
+//   scene and tiles: what is here is read, what is missing is asked for               (Read..., AskFor...)
+//   own body, map -> connections; all of it -> how far the client is                  (Follow, CheckProgress)
+//   steering, time -> inputs, commands -> connections                                 (Make..., Send...)
+//
+// The parts are pure but for the network, the tiles, the scene and the recordings, which have sockets and files. They
+// know nothing of each other but by what they are given; their events go into one list, in the order of the steps.
 struct Client::Impl {
   // Without a scene in the session, the regions are asked for it.
   Impl(Settings settings_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint);
 
   // Receives (client_receive.cpp).
   void Receive(TimePoint now);
-  // The tick of the oldest snapshot of each peer that is still worth reading.
-  std::map<net::PeerHandle, Tick> OldestToRead(const std::vector<net::Event>& arrived) const;
   void OnEvent(TimePoint now, RegionConnection& connection, const net::Event& event);
   void OnDisconnected(TimePoint now, RegionConnection& connection);
   void OnLost(TimePoint now, RegionId region);
@@ -69,14 +77,10 @@ struct Client::Impl {
   void On(TimePoint now, RegionConnection& connection, const replication::CommandRefusal& refusal);
   void On(TimePoint now, RegionConnection& connection, const replication::ClockNews& news);
   void On(TimePoint now, RegionConnection& connection, const replication::NewsOfWorld& news);
-  void OnStopping(TimePoint now, RegionConnection& connection, const std::string& why);
   void OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void OnMovement(RegionConnection& connection, const net::Bytes& bytes);
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
-  void OnSessionEnded(const std::string& why);
-  bool IsStatic(BodyId body) const;
   void SettlePairs(TimePoint now);
-  void Start();
 
   // Gets the scene from the regions (client_scene.cpp).
   void OnSceneMessage(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
@@ -92,7 +96,6 @@ struct Client::Impl {
   ConnectedRegions::Interest Interest() const;
   void Follow(TimePoint now);
   void CheckProgress(TimePoint now);
-  void EndJoining();
   void Renew(Session fresh);
   void StartOver(TimePoint now);
   void End(absl::Status why, std::string detail, bool needs_new_grant = false);
@@ -115,32 +118,30 @@ struct Client::Impl {
   ClientStats Stats() const;
 
   Settings settings;
-  Session session;
+  Session session;  // the map and the regions in it have gone to `regions`
   ClientEndpoint network;
   ConnectedRegions regions;
+  ClientProgress progress;
   SceneDelivery delivery;
   TileView tiles;
-  ClientProgress progress;
-  std::vector<ClientEvent> events;  // the result of the Poll under way
 
   OwnBody own;
   InputMaker inputs;
   WorldView world;
   PairBook pairs;
   WorldTime time;
-
   Prediction prediction;
   BodiesOnPaths on_paths;
-  ClientFigures figures;
-
   GameTalk talk;
   WorldProperties properties;
 
   LiveRecording recording;
   std::optional<Playback> playback;  // instead of regions
+  ClientFigures figures;
 
-  std::chrono::nanoseconds since_last_poll{0};  // at the beginning of the Poll under way
-  std::optional<TimePoint> last_poll;
+  std::vector<ClientEvent> events;              // the result of the Poll under way
+  std::optional<TimePoint> last_poll;           // the beginning of the Poll under way, or of the last
+  std::chrono::nanoseconds since_last_poll{0};  // between that and the one before
 };
 
 }  // namespace tessera::client

@@ -59,6 +59,31 @@ std::optional<Tick> TickOfSnapshot(const net::Event& event) {
   return header.tick;
 }
 
+// The tick of the oldest snapshot of each peer that is still worth reading: of those that arrived together the newest,
+// over so many ticks. One that is passed over is as good as lost: it is not acknowledged, and what it alone would have
+// said comes with a later one.
+std::map<net::PeerHandle, Tick> OldestToRead(const std::vector<net::Event>& arrived, std::int64_t ticks) {
+  std::map<net::PeerHandle, Tick> oldest;
+  for (const net::Event& event : arrived) {
+    if (const auto tick = TickOfSnapshot(event)) {
+      Tick& newest = oldest[event.peer];
+      newest = std::max(newest, *tick);
+    }
+  }
+  for (auto& [peer, tick] : oldest) tick = Tick(tick.value() - std::min<std::uint64_t>(tick.value(), ticks));
+  return oldest;
+}
+
+// Whether no region owns the body, so none sends it.
+bool IsStatic(const Scene& scene, bool has_tiles, BodyId body) {
+  const std::vector<BodyDef>& bodies = scene.bodies;
+  const auto found =
+      std::lower_bound(bodies.begin(), bodies.end(), body, [](const BodyDef& def, BodyId id) { return def.id < id; });
+  if (found != bodies.end() && found->id == body) return found->motion != Motion::kDynamic;
+  // One that the scene does not have is in a tile, be it here or not.
+  return has_tiles && body != BodyId() && !IsPlayerBody(body) && !IsSpawned(body);
+}
+
 // Nothing where the region says nothing, or nothing that makes sense.
 std::optional<MeetingPoint> MeetingPointOf(const replication::PairChange& change) {
   if (!change.contact) return std::nullopt;
@@ -72,7 +97,10 @@ std::optional<MeetingPoint> MeetingPointOf(const replication::PairChange& change
 
 void Client::Impl::Receive(TimePoint now) {
   const std::vector<net::Event> arrived = network.Service(now);
-  const std::map<net::PeerHandle, Tick> worth_reading = OldestToRead(arrived);
+  const bool late = since_last_poll > kLatePoll;
+  const auto interval = static_cast<std::int64_t>(session.tick_rate_hz / session.snapshot_rate_hz);
+  const std::map<net::PeerHandle, Tick> worth_reading =
+      OldestToRead(arrived, ((late ? kSnapshotsALatePoll : kSnapshotsAPoll) - 1) * interval);
   for (const net::Event& event : arrived) {
     figures.Work(kUnitsToReceive);
     RegionConnection* connection = regions.Of(event.peer);
@@ -84,23 +112,6 @@ void Client::Impl::Receive(TimePoint now) {
     OnEvent(now, *connection, event);
     if (progress.ended()) return;
   }
-}
-
-// A snapshot that is passed over is as good as lost: it is not acknowledged, and what it alone would have said comes
-// with a later one.
-std::map<net::PeerHandle, Tick> Client::Impl::OldestToRead(const std::vector<net::Event>& arrived) const {
-  std::map<net::PeerHandle, Tick> oldest;
-  for (const net::Event& event : arrived) {
-    if (const auto tick = TickOfSnapshot(event)) {
-      Tick& newest = oldest[event.peer];
-      newest = std::max(newest, *tick);
-    }
-  }
-  const bool late = since_last_poll > kLatePoll;
-  const auto interval = static_cast<std::int64_t>(session.tick_rate_hz / session.snapshot_rate_hz);
-  const std::int64_t ticks = ((late ? kSnapshotsALatePoll : kSnapshotsAPoll) - 1) * interval;
-  for (auto& [peer, tick] : oldest) tick = Tick(tick.value() - std::min<std::uint64_t>(tick.value(), ticks));
-  return oldest;
 }
 
 void Client::Impl::OnEvent(TimePoint now, RegionConnection& connection, const net::Event& event) {
@@ -134,7 +145,11 @@ void Client::Impl::OnControl(TimePoint now, RegionConnection& connection, const 
   std::visit([&](const auto& of) { On(now, connection, of); }, *message);
 }
 
-void Client::Impl::On(TimePoint, RegionConnection&, const replication::Started&) { Start(); }
+void Client::Impl::On(TimePoint, RegionConnection&, const replication::Started&) {
+  if (!progress.Start()) return;
+  regions.Start();
+  events.push_back({.kind = ClientEvent::Kind::kStarted});
+}
 
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::MapNews& news) {
   for (std::size_t left = regions.AdoptEndpoints(news.endpoints); left > 0; --left) connection.CountError();
@@ -158,13 +173,9 @@ void Client::Impl::On(TimePoint, RegionConnection& connection, const replication
                     .detail = refusal.detail});
 }
 
-void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::Stopping& stopping) {
-  if (stopping.goes_on) connection.NoteGoesOn();
-  OnStopping(now, connection, stopping.reason);
-}
-
+// In the game's own words, which the player is to read.
 void Client::Impl::On(TimePoint, RegionConnection&, const replication::EndOfSession& ended) {
-  OnSessionEnded(ended.reason);
+  End(absl::AbortedError(ended.reason), ended.reason);
 }
 
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::Welcome& welcome) {
@@ -180,7 +191,7 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
   if (back) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
   On(now, connection, welcome.news);
   if (welcome.clock) On(now, connection, *welcome.clock);
-  if (welcome.started) Start();
+  if (welcome.started) On(now, connection, replication::Started());
 }
 
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::ClockNews& news) {
@@ -194,18 +205,10 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
   }
 }
 
-void Client::Impl::Start() {
-  if (!progress.Start()) return;
-  regions.Start();
-  events.push_back({.kind = ClientEvent::Kind::kStarted});
-}
-
-// In the game's own words, which the player is to read.
-void Client::Impl::OnSessionEnded(const std::string& why) { End(absl::AbortedError(why), why); }
-
 void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::RegionRefusal& refusal) {
-  if (refusal.reason == RefusalReason::kStopping) return OnStopping(now, connection, refusal.detail);
-  if (refusal.reason == RefusalReason::kSessionEnded) return OnSessionEnded(refusal.detail);
+  if (refusal.reason == RefusalReason::kStopping)
+    return On(now, connection, replication::Stopping{.reason = refusal.detail});
+  if (refusal.reason == RefusalReason::kSessionEnded) return End(absl::AbortedError(refusal.detail), refusal.detail);
   if (refusal.reason == RefusalReason::kReplaced) {
     return End(absl::AlreadyExistsError("another process joined as this player"), "");
   }
@@ -239,27 +242,22 @@ void Client::Impl::On(TimePoint now, RegionConnection& connection, const replica
     }
   }
   if (!news.whole) return;
+  const bool has_tiles = tiles.store() != nullptr;
   pairs.TakeAll(now, connection.region(), tick, whole, [&](const BodyPair& pair) {
-    const std::optional<RegionId> owner = world.OwnerOf(IsStatic(pair.a) ? pair.b : pair.a);
+    const std::optional<RegionId> owner = world.OwnerOf(IsStatic(*session.scene, has_tiles, pair.a) ? pair.b : pair.a);
     return owner.has_value() && *owner != connection.region();
   });
 }
 
-bool Client::Impl::IsStatic(BodyId body) const {
-  const std::vector<BodyDef>& bodies = session.scene->bodies;
-  const auto found =
-      std::lower_bound(bodies.begin(), bodies.end(), body, [](const BodyDef& def, BodyId id) { return def.id < id; });
-  if (found != bodies.end() && found->id == body) return found->motion != Motion::kDynamic;
-  // One that the scene does not have is in a tile, be it here or not.
-  return tiles.store() != nullptr && body != BodyId() && !IsPlayerBody(body) && !IsSpawned(body);
-}
-
 void Client::Impl::SettlePairs(TimePoint now) {
+  const bool has_tiles = tiles.store() != nullptr;
   pairs.Settle(
-      now, [&](BodyId body) { return world.bodies().contains(body) || IsStatic(body); }, events);
+      now, [&](BodyId body) { return world.bodies().contains(body) || IsStatic(*session.scene, has_tiles, body); },
+      events);
 }
 
-void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const std::string& why) {
+void Client::Impl::On(TimePoint now, RegionConnection& connection, const replication::Stopping& stopping) {
+  if (stopping.goes_on) connection.NoteGoesOn();
   connection.Stop(network);
   RegionChanged(now, connection.region(), RegionEntry::Change::kLost);
   switch (regions.AfterStop(Interest())) {
@@ -267,13 +265,13 @@ void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const
     case ConnectedRegions::Left::kOthers:
       return;
     case ConnectedRegions::Left::kSame:
-      regions.DialAgain(now, why);
+      regions.DialAgain(now, stopping.reason);
       for (const RegionConnection& lost : regions.all()) {
-        events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = lost.region(), .detail = why});
+        events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = lost.region(), .detail = stopping.reason});
       }
       return;
     case ConnectedRegions::Left::kNone:
-      return End(absl::OkStatus(), absl::StrCat("the instance ends: ", why));
+      return End(absl::OkStatus(), absl::StrCat("the instance ends: ", stopping.reason));
   }
 }
 
