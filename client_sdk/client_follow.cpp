@@ -1,6 +1,4 @@
 // Following the map: a client is connected to the regions that its interest touches.
-#include <algorithm>
-
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
 

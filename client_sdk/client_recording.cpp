@@ -1,6 +1,4 @@
 // A client that records, and one that is a recording.
-#include <algorithm>
-
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
 #include "client_sdk/recording_format.h"
@@ -8,6 +6,7 @@
 #include "core/world/packed_scene.h"
 
 namespace tessera::client {
+
 void Client::Impl::RegionChanged(TimePoint now, RegionId region, RegionEntry::Change change) {
   recording.Region(now, region, change);
   switch (change) {

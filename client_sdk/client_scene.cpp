@@ -1,5 +1,4 @@
 // The scene: fetched from the regions while the client joins, then entered.
-#include <algorithm>
 #include <string>
 #include <utility>
 

@@ -1,10 +1,10 @@
 // InputMaker: makes a player's inputs, one a tick of the world while there is a reason for them, and keeps them until
 // they have been sent often enough.
 //
-//   maker.Steer(steering);                                        // the program, whenever it likes
+//   maker.Steer(steering);                                         // the program, whenever it likes
 //   for (const PlayerInput& made : maker.MakeDue(now, world)) ...  // once a poll
 //   if (maker.Due(now)) { Send(maker.queue()); maker.Sent(now); }
-//   maker.Applied(now, tick, last_input, margin_ticks);           // the own body's region reports
+//   maker.Applied(now, tick, last_input, margin_ticks);            // the own body's region reports
 //
 // Promise: numbers of inputs only grow, also beyond those of an earlier client of the player (SkipPast). An input for
 // the own body names the tick that it is meant for, once a region has reported.
