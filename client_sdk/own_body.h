@@ -1,7 +1,7 @@
 // OwnBody: who a client is in the world: the body that its inputs move, and where its player looks from.
 //
-// That body is the player's, or another one that the game has given it while the player's stands aside. A viewer has
-// none: for it, and until the body is in sight, a place to look from stands in.
+// That body is the player's, or another one that the game has given it while the player's stands aside. Until it is in
+// sight, a place to look from stands in. A viewer has neither.
 // Pure. Thread rule: one thread at a time.
 #pragma once
 

@@ -33,6 +33,7 @@ TEST(OwnBodyTest, APlaceStandsInForABodyThatIsNotInSight) {
   EXPECT_EQ(own.Position(world, scene), std::nullopt);
   scene.player->spawn_points = {{1, 0, 0}, {2, 0, 0}};
   EXPECT_EQ(own.Position(world, scene), Vec3d(2, 0, 0));  // by its number, as the region does
+  EXPECT_EQ(OwnBody(PlayerNumber(kFirstViewer)).Position(world, scene), std::nullopt) << "a viewer comes nowhere";
   own.LookFrom(Vec3d(3, 0, 0));
   EXPECT_EQ(own.Position(world, scene), Vec3d(3, 0, 0));
   replication::ReceivedSnapshot snapshot;

@@ -38,7 +38,8 @@ absl::StatusOr<std::uint64_t> ControlPlane::AwaitUpgradeTick(const std::string& 
   const Clock::time_point patience = Clock::now() + kUpgradePatience;
   while (true) {
     const auto tick = cluster_->UpgradeTick(id);
-    if (!tick.ok() || tick->has_value()) return tick.ok() ? absl::StatusOr<std::uint64_t>(**tick) : tick.status();
+    if (!tick.ok()) return tick.status();
+    if (tick->has_value()) return **tick;
     if (Clock::now() >= patience) {
       return absl::DeadlineExceededError(absl::StrCat("id: the regions of ", id, " did not come to stand in ",
                                                       std::chrono::seconds(kUpgradePatience).count(), " s"));

@@ -475,6 +475,7 @@ absl::Status Cluster::EndUpgrade(Now now, const std::string& id, const std::stri
 }
 
 absl::Status Cluster::StoreUpgradeEnd(Now now, InstanceEntry& instance, const std::optional<records::Instance>& next) {
+  if (!next) return absl::OkStatus();
   return Ask(now, instance, next, false).status();
 }
 

@@ -14,7 +14,7 @@
 // Besides: SetStandby streams its log to a standby, Announce and Commit change the map, BeginFailover and Resume carry
 // on after a death.
 //
-// It has some 40 methods because it is a region's only interface; each passes its call to the part that owns the data
+// It has some 65 methods because it is a region's only interface; each passes its call to the part that owns the data
 // (region_parts.h), and it has no data of its own.
 //
 // Promise: at every tick each body has at most one owner among regions in step. Regions with the same inputs give the

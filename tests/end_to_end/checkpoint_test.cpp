@@ -45,12 +45,33 @@ class CheckpointTest : public WorldTest {
     file.put(byte);
     ASSERT_TRUE(file.flush()) << path;
   }
+  bool AllAreOthersThan(const std::map<std::uint32_t, std::int64_t>& pids) {
+    const auto now = Pids();
+    return now.size() == pids.size() &&
+           std::ranges::none_of(now, [&](const auto& at) { return pids.at(at.first) == at.second; });
+  }
   testing::AssertionResult PlayUntilAllAreOthersThan(const std::map<std::uint32_t, std::int64_t>& pids) {
-    return PlayUntil("all workers are new ones", [&] {
-      const auto now = Pids();
-      return IsSettled() && now.size() == pids.size() &&
-             std::ranges::none_of(now, [&](const auto& at) { return pids.at(at.first) == at.second; });
-    });
+    return PlayUntil("all workers are new ones", [&] { return IsSettled() && AllAreOthersThan(pids); });
+  }
+  // A player, with all that its client has told it.
+  struct Player {
+    client::Client& client() { return bot->client(); }
+    bool Play() {
+      const bool going = bot->Frame(client::Clock::now());
+      events.insert(events.end(), bot->events().begin(), bot->events().end());
+      return going;
+    }
+    std::ptrdiff_t Count(client::ClientEvent::Kind kind) const {
+      return std::ranges::count(events, kind, &client::ClientEvent::kind);
+    }
+
+    std::unique_ptr<local::Bot> bot;
+    std::vector<client::ClientEvent> events{};
+  };
+  absl::StatusOr<Player> Join() {
+    auto bot = local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), "ann", 3);
+    if (!bot.ok()) return bot.status();
+    return Player{.bot = *std::move(bot)};
   }
 };
 
@@ -88,38 +109,29 @@ TEST_F(CheckpointTest, ARestoredWorldGoesOnFromItsCheckpointAndItsPlayersComeBac
 TEST_F(CheckpointTest, APlayerOfARestoredWorldComesBackByItselfWithTheSameClient) {
   Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 4});
   ASSERT_TRUE(PlayUntilProtected());
-  const auto ann = local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), "ann", 3);
+  auto ann = Join();
   ASSERT_TRUE(ann.ok()) << ann.status();
-  client::Client& client = (*ann)->client();
+  client::Client& client = ann->client();
   const BodyId body = client.own_body();
-  std::vector<client::ClientEvent> events;
-  const auto play = [&] {
-    const bool going = (*ann)->Frame(client::Clock::now());
-    events.insert(events.end(), (*ann)->events().begin(), (*ann)->events().end());
-    return going;
-  };
-  const auto count = [&](client::ClientEvent::Kind kind) {
-    return std::ranges::count(events, kind, &client::ClientEvent::kind);
-  };
-  ASSERT_TRUE(PlayUntil("she walks", [&] { return play() && client.last_applied_input() > 60; }));
+  ASSERT_TRUE(PlayUntil("she walks", [&] { return ann->Play() && client.last_applied_input() > 60; }));
   const std::uint64_t tick = Checkpoint();
   // Further back than the restored world has come when she is in it again.
-  ASSERT_TRUE(PlayUntil("ten seconds later", [&] { return play() && client.tick().value() > tick + 600; }));
+  ASSERT_TRUE(PlayUntil("ten seconds later", [&] { return ann->Play() && client.tick().value() > tick + 600; }));
   const auto pids = Pids();
   const support::RunResult restored = Tessera({"instance", "restore", run_->instance_id()});
   ASSERT_EQ(restored.exit_code, 0) << restored.err;
   using Kind = client::ClientEvent::Kind;
-  ASSERT_TRUE(PlayUntil("the world of then", [&] { return !play() || count(Kind::kRestored) > 0; }));
+  ASSERT_TRUE(PlayUntil("the world of then", [&] { return !ann->Play() || ann->Count(Kind::kRestored) > 0; }));
   EXPECT_EQ(client.state(), client::ClientState::kPlaying) << client.reason();
-  const auto lost = std::ranges::find(events, Kind::kRegionLost, &client::ClientEvent::kind);
-  ASSERT_NE(lost, events.end());
+  const auto lost = std::ranges::find(ann->events, Kind::kRegionLost, &client::ClientEvent::kind);
+  ASSERT_NE(lost, ann->events.end());
   EXPECT_THAT(lost->detail, HasSubstr("goes on elsewhere"));
-  EXPECT_GE(count(Kind::kGrantNeeded), 1);
+  EXPECT_GE(ann->Count(Kind::kGrantNeeded), 1);
   ASSERT_TRUE(PlayUntil("she sees herself and all others, and walks", [&] {
-    return play() && client.World().contains(body) && client.World().size() > kBodies &&
+    return ann->Play() && client.World().contains(body) && client.World().size() > kBodies &&
            client.last_applied_input() > 0;
   }));
-  EXPECT_EQ(&(*ann)->client(), &client);
+  EXPECT_EQ(&ann->client(), &client);
   EXPECT_EQ(client.own_body(), body);
   EXPECT_TRUE(std::ranges::none_of(Pids(), [&](const auto& at) { return pids.at(at.first) == at.second; }));
 }
@@ -135,42 +147,57 @@ TEST_F(CheckpointTest, OneThatIsAskedForAmidAChangeComesAfterIt) {
 TEST_F(CheckpointTest, AnUpgradedWorldBeginsAnewInTheNextTickAndItsPlayersComeBack) {
   Start({.scene = "", .regions = 4, .bots = 0, .hosts = 2, .capacity = 8});
   ASSERT_TRUE(PlayUntilProtected());
-  const auto ann = local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), "ann", 3);
+  auto ann = Join();
   ASSERT_TRUE(ann.ok()) << ann.status();
-  client::Client& client = (*ann)->client();
+  client::Client& client = ann->client();
   const BodyId body = client.own_body();
-  std::vector<client::ClientEvent> events;
-  const auto play = [&] {
-    const bool going = (*ann)->Frame(client::Clock::now());
-    events.insert(events.end(), (*ann)->events().begin(), (*ann)->events().end());
-    return going;
-  };
-  ASSERT_TRUE(PlayUntil("she walks", [&] { return play() && client.last_applied_input() > 60; }));
+  ASSERT_TRUE(PlayUntil("she walks", [&] { return ann->Play() && client.last_applied_input() > 60; }));
   const auto pids = Pids();
   const Tick before = client.tick();
   const support::RunResult upgraded = Tessera({"instance", "upgrade", run_->instance_id()});
   ASSERT_EQ(upgraded.exit_code, 0) << upgraded.err;
   EXPECT_THAT(upgraded.out, HasSubstr("upgraded: it begins anew after tick "));
-  ASSERT_TRUE(PlayUntil("other workers", [&] {
-    const auto now = Pids();
-    return play() && IsSettled() && now.size() == pids.size() &&
-           std::ranges::none_of(now, [&](const auto& at) { return pids.at(at.first) == at.second; });
-  }));
+  ASSERT_TRUE(PlayUntil("other workers", [&] { return ann->Play() && IsSettled() && AllAreOthersThan(pids); }));
   EXPECT_EQ(run_->Latest().lost_ticks(), 0u);
   EXPECT_EQ(run_->Latest().failovers(), 0u);
   ASSERT_TRUE(PlayUntil("she walks on among all others", [&] {
-    return play() && client.tick() > before + 60 && client.World().contains(body) && client.World().size() > kBodies;
+    return ann->Play() && client.tick() > before + 60 && client.World().contains(body) &&
+           client.World().size() > kBodies;
   }));
   EXPECT_EQ(client.own_body(), body);
-  using Kind = client::ClientEvent::Kind;
-  EXPECT_GE(std::ranges::count(events, Kind::kGrantNeeded, &client::ClientEvent::kind), 1);
+  EXPECT_GE(ann->Count(client::ClientEvent::Kind::kGrantNeeded), 1);
 
   // One that stands stays so.
   ASSERT_EQ(Tessera({"instance", "pause", run_->instance_id()}).exit_code, 0);
-  ASSERT_TRUE(PlayUntil("it stands", [&] { return play() && run_->Latest().state() == v1::INSTANCE_STATE_PAUSED; }));
+  ASSERT_TRUE(
+      PlayUntil("it stands", [&] { return ann->Play() && run_->Latest().state() == v1::INSTANCE_STATE_PAUSED; }));
+  const auto standing_pids = Pids();
   const support::RunResult standing = Tessera({"instance", "upgrade", run_->instance_id(), "--wait"});
   ASSERT_EQ(standing.exit_code, 0) << standing.err;
-  EXPECT_EQ(run_->Latest().state(), v1::INSTANCE_STATE_PAUSED);
+  ASSERT_TRUE(PlayUntil("other workers, which stand", [&] {
+    return ann->Play() && AllAreOthersThan(standing_pids) && run_->Latest().state() == v1::INSTANCE_STATE_PAUSED;
+  }));
+}
+
+TEST_F(CheckpointTest, AWorldThatCannotBeUpgradedGoesOnAsItWas) {
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
+  ASSERT_TRUE(PlayUntilProtected());
+  // Where its checkpoints would lie is a file.
+  const std::filesystem::path folder = FileOf(0, "").parent_path().parent_path();
+  ASSERT_TRUE(std::filesystem::create_directories(folder.parent_path()) ||
+              std::filesystem::is_directory(folder.parent_path()));
+  ASSERT_TRUE((std::ofstream(folder) << "in the way").flush()) << folder;
+  const auto pids = Pids();
+  const support::RunResult refused = Tessera({"instance", "upgrade", run_->instance_id()});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("the checkpoint of " + run_->instance_id() + " could not be made: "));
+  const std::uint64_t tick = ReportOf(1).tick();
+  ASSERT_TRUE(PlayUntil("it goes on", [&] { return IsSettled() && ReportOf(1).tick() > tick + 60; }));
+  EXPECT_EQ(Pids(), pids);
+  const v1::Instance world = run_->Latest();
+  EXPECT_TRUE(std::ranges::any_of(world.events(), [](const v1::InstanceEvent& event) {
+    return event.text().starts_with("not upgraded: id: the checkpoint of ");
+  }));
 }
 
 TEST_F(CheckpointTest, ADamagedCheckpointIsRefusedByNameAndTheOneBeforeItIsUsed) {
