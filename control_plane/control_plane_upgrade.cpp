@@ -1,9 +1,18 @@
 // An instance begins anew from the tick after which it stands: see cluster/upgrades.h.
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_plane.h"
 #include "spdlog/spdlog.h"
 
 namespace tessera::control {
+
+using Clock = std::chrono::steady_clock;
 
 absl::StatusOr<v1::UpgradeInstanceResponse> ControlPlane::UpgradeInstance(const v1::UpgradeInstanceRequest& request,
                                                                           const std::function<bool()>& given_up) {
