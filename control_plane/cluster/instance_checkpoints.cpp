@@ -34,6 +34,9 @@ std::uint64_t SizeOf(const records::Instance& record) {
 std::uint64_t Megabytes(std::uint64_t bytes) { return (bytes + 999'999) / 1'000'000; }
 
 constexpr char kBeingChanged[] = "who runs what is being changed";
+// A region may miss the tick of one, by a link that is not up yet or by being late; what failed so often in a row will
+// fail again.
+constexpr int kFailuresUntilGivenUp = 5;
 
 bool RunsUnchanged(const InstanceEntry& instance) {
   return instance.record.state() == v1::INSTANCE_STATE_RUNNING && AtRest(instance.record);
@@ -192,6 +195,7 @@ void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manif
     return NoteOverQuota(instance, fits, now);
   }
   if (UnderWay(instance) == manifest.tick()) work_[instance.number].draft.reset();
+  work_[instance.number].failures = 0;
   records::Instance next = instance.record;
   v1::Checkpoint& checkpoint = *next.add_checkpoints();
   checkpoint.set_tick(manifest.tick());
@@ -227,6 +231,7 @@ void InstanceCheckpoints::Step(InstanceEntry& instance, Now now) {
   const records::Instance& record = instance.record;
   if (work.draft) {
     absl::Status why;
+    std::string failure;
     if (!RunsUnchanged(instance) || work.draft->map_version != record.map().version()) {
       why = absl::AbortedError(kBeingChanged);
     }
@@ -234,9 +239,11 @@ void InstanceCheckpoints::Step(InstanceEntry& instance, Now now) {
       // A worker reports the failure of an earlier one until it has heard of this.
       const bool heard = worker.report.order_revision() >= worker.order.revision() &&
                          worker.order.checkpoint().tick() == work.draft->tick;
-      if (heard && !worker.report.checkpoint_failure().empty()) {
-        why = absl::InternalError(worker.report.checkpoint_failure());
-      }
+      if (heard && !worker.report.checkpoint_failure().empty()) failure = worker.report.checkpoint_failure();
+    }
+    if (!failure.empty()) {
+      const bool again = ++work.failures < kFailuresUntilGivenUp;
+      why = again ? absl::AbortedError(failure) : absl::InternalError(failure);
     }
     if (now.steady - work.draft->since > kCheckpointTimeout) why = absl::DeadlineExceededError("timed out");
     if (!why.ok()) Abandon(instance, why, now);

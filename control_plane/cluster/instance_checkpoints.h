@@ -84,6 +84,7 @@ class InstanceCheckpoints {
   struct Work {
     std::optional<Draft> draft;
     absl::Status not_made = absl::AbortedError("none was begun");  // as WhyNotMade
+    int failures = 0;                                              // in a row that a worker reported
     Steady next{0};                                                // when the next one is due; 0: not yet reckoned
     std::string restore_why;                                       // empty: the world is not to be restored
     Steady restore_again_at{0};

@@ -47,6 +47,17 @@ class CheckpointsTest : public ::testing::Test {
     return tick;
   }
   std::uint64_t Make() { return Make(checkpoints_, 1000); }
+  // Begins one that a worker cannot write.
+  void FailOne(const std::string& why) {
+    const auto tick = checkpoints_.Begin(instance_, rig_.now);
+    ASSERT_TRUE(tick.ok()) << tick.status();
+    WorkerEntry& worker = instance_.workers[0];
+    worker.order.mutable_checkpoint()->set_tick(*tick);
+    worker.report.set_order_revision(worker.order.revision());
+    worker.report.set_checkpoint_failure(why);
+    checkpoints_.Step(instance_, rig_.now);
+    worker.report.clear_checkpoint_failure();
+  }
   int EventsWith(const std::string& text) const {
     const auto& events = instance_.record.events();
     return static_cast<int>(std::count_if(events.begin(), events.end(), [&](const v1::InstanceEvent& event) {
@@ -188,17 +199,21 @@ TEST_F(CheckpointsTest, SaysWhyOneWasNotMade) {
   rig_.Pass(kCheckpointTimeout + seconds(1));
   checkpoints_.Step(instance_, rig_.now);
   EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::DeadlineExceededError("timed out"));
-  const std::uint64_t tick = *checkpoints_.Begin(instance_, rig_.now);
-  WorkerEntry& worker = instance_.workers[0];
-  worker.order.mutable_checkpoint()->set_tick(tick);
-  worker.report.set_order_revision(worker.order.revision());
-  worker.report.set_checkpoint_failure("no room");
-  checkpoints_.Step(instance_, rig_.now);
-  EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::InternalError("no room"));
-  worker.report.clear_checkpoint_failure();
   ASSERT_TRUE(checkpoints_.Begin(instance_, rig_.now).ok());
   checkpoints_.Restarted(instance_);
   EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::AbortedError("the world began anew"));
+}
+
+TEST_F(CheckpointsTest, ARegionMayMissATickButNotForEver) {
+  for (int failure = 1; failure <= 4; ++failure) {
+    FailOne("a link is down");
+    EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::AbortedError("a link is down")) << failure;
+  }
+  Make();
+  for (int failure = 1; failure <= 4; ++failure) FailOne("no room");
+  EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::AbortedError("no room")) << "one was made since the first";
+  FailOne("no room");
+  EXPECT_EQ(checkpoints_.WhyNotMade(instance_), absl::InternalError("no room"));
 }
 
 TEST_F(CheckpointsTest, AWorldThatIsLostFailsWithoutACheckpointAndIsRestoredWithOne) {

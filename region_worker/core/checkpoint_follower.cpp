@@ -24,19 +24,24 @@ void CheckpointFollower::Follow(const std::optional<StateFile>& ordered, const r
   if (!ordered || ordered->path.empty() || newest_ == ordered->tick) return;
   const Tick tick = region.tick();
   if (tick < ordered->tick) return;
-  newest_ = ordered->tick;
   const bool all_open =
       std::ranges::all_of(region.neighbors(), [&](RegionId neighbor) { return region.IsLinkUp(neighbor); });
   // While a link is down a body may be granted and not taken in: in the states of that tick nobody would own it.
-  if (tick == ordered->tick && !writing_ && !region.halted() && all_open) {
+  const bool can = !writing_ && !region.halted() && all_open;
+  if (tick == ordered->tick && !can) {
+    waited_ = ordered->tick;  // a region that stands after it may write it yet
+    return;
+  }
+  newest_ = ordered->tick;
+  if (tick == ordered->tick) {
     writing_ = true;
     actions.emplace_back(WriteCheckpoint{tick, ordered->path, region.SaveState()});
     return;
   }
   failure_ =
-      tick > ordered->tick
-          ? absl::StrCat("tick ", ordered->tick.value(), " has passed: it is ", tick.value())
-          : std::string("the one before is still being written, a failover is under way, or a border's link is down");
+      waited_ == ordered->tick
+          ? std::string("the one before was still being written, a failover was under way, or a border's link was down")
+          : absl::StrCat("tick ", ordered->tick.value(), " has passed: it is ", tick.value());
   LogWarning(actions, absl::StrCat("checkpoint missed tick=", ordered->tick.value(), Reason(failure_)));
 }
 

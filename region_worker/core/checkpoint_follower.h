@@ -26,6 +26,7 @@ class CheckpointFollower {
 
  private:
   std::optional<Tick> newest_;  // that was begun or missed
+  std::optional<Tick> waited_;  // could not be written when it was due
   bool writing_ = false;
   Tick tick_;
   std::string failure_;

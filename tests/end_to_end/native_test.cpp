@@ -124,7 +124,8 @@ TEST_F(NativeWorldTest, AWorldCountsInItAndTheCountOutlivesTheRegionThatDidIt) {
   ASSERT_TRUE(PlayUntil("a new worker in its place", [&] { return IsSettled() && run_->Latest().regions() == 4; }));
 
   // Its checkpoint names the game and holds no copy of it.
-  ASSERT_EQ(Tessera({"instance", "checkpoint", run_->instance_id()}).exit_code, 0);
+  const auto made = Tessera({"instance", "checkpoint", run_->instance_id()});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::string file = games_.state() + "/world.tessera";
   ASSERT_EQ(Tessera({"instance", "export", run_->instance_id(), file}).exit_code, 0);
   EXPECT_LT(fs::file_size(file), fs::file_size(games_.path() + "/bounce.so"));

@@ -52,9 +52,10 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
   ASSERT_EQ(begun.exit_code, 0) << begun.err;
   EXPECT_THAT(begun.out, HasSubstr(run_->instance_id() + " is recorded into " + run_->instance_id() + "-20"));
   auto viewer = Watch();
-  ASSERT_TRUE(Until({viewer.get()}, "all regions, and word of the recording", [&] {
-    return SeesAll(*viewer) && RegionsAlive(*viewer) == 4 && viewer->newest.contains("recording");
-  }));
+  ASSERT_TRUE(
+      Until({viewer.get()}, "all regions, and word of the recording",
+            [&] { return SeesAll(*viewer) && RegionsAlive(*viewer) == 4 && viewer->newest.contains("recording"); }))
+      << viewer->decoder.bodies.size() << " bodies; " << viewer->newest;
   EXPECT_EQ(viewer->newest["recording"]["on"], true);
   const std::string file = viewer->newest["recording"]["file"];
   ASSERT_NO_FATAL_FAILURE(ShowKey(*viewer));
