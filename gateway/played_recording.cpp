@@ -7,9 +7,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/strings/str_replace.h"
+#include "client_sdk/recording.h"
 #include "gateway/viewer_format.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/log_value.h"
@@ -54,14 +56,36 @@ PlayedRecording::PlayedRecording(std::string file, absl::StatusOr<std::string> p
   }
 }
 
+// A key says how the world is and not what has happened, so all that did is read once.
+absl::StatusOr<std::vector<PlayedRecording::ToldEvents>> PlayedRecording::ReadEvents(const std::string& path) {
+  auto reader = client::RecordingReader::Open(path);
+  if (!reader.ok()) return reader.status();
+  std::vector<ToldEvents> told;
+  while (true) {
+    const auto entry = reader->Next();
+    if (!entry.ok()) return entry.status();
+    if (!entry->has_value()) return told;
+    const auto* note = std::get_if<client::NoteEntry>(&(*entry)->what);
+    if (note == nullptr) continue;
+    auto message = nlohmann::json::parse(note->text, nullptr, false);
+    if (!message.is_object() || message.value("type", nlohmann::json()) != "events") continue;
+    const auto events = message.find("events");
+    if (events != message.end() && events->is_array()) told.push_back({(*entry)->at, std::move(*events)});
+  }
+}
+
 // Off the loop: may take a second.
 absl::StatusOr<PlayedRecording::Arrived> PlayedRecording::Travel(std::unique_ptr<Client> playing,
                                                                  const std::string& path, Time place,
                                                                  std::shared_ptr<const SceneBook> book) {
+  Arrived arrived;
   if (playing == nullptr) {
     auto opened = Client::Play(path);
     if (!opened.ok()) return opened.status();
     playing = *std::move(opened);
+    auto told = ReadEvents(path);
+    if (!told.ok()) return told.status();
+    arrived.told = *std::move(told);
   }
   if (absl::Status status = playing->Seek(place); !status.ok()) return status;
   const client::TimePoint moment = Moment(std::min(place, *playing->length()));
@@ -69,7 +93,8 @@ absl::StatusOr<PlayedRecording::Arrived> PlayedRecording::Travel(std::unique_ptr
   if (!playing->reason().ok()) return playing->reason();
   playing->Interpolated(moment);
   if (book == nullptr) book = std::make_shared<SceneBook>(playing->scene());
-  Arrived arrived{.client = nullptr, .book = std::move(book), .notes = playing->TakeNotes()};
+  arrived.book = std::move(book);
+  arrived.notes = playing->TakeNotes();
   arrived.client = std::move(playing);
   return arrived;
 }
@@ -102,7 +127,9 @@ void PlayedRecording::Arrive(absl::StatusOr<Arrived> arrived, Time place) {
     source_ = std::make_unique<ViewSource>(std::move(arrived->client), std::move(arrived->book), said_.file,
                                            ++services_.last_generation);
   }
+  if (!arrived->told.empty()) told_ = std::move(arrived->told);
   TakeNotes(arrived->notes);
+  PassEventsOn();
   next_word_ = {};
 }
 
@@ -156,29 +183,31 @@ void PlayedRecording::Advance(Time to) {
   source_->Poll(Moment(at_));
   if (!source_->client().reason().ok()) return Fail(source_->client().reason());
   TakeNotes(source_->client().TakeNotes());
+  PassEventsOn();
 }
 
-// The status and the events that its gateway told its viewers.
+// The status that its gateway told its viewers.
 void PlayedRecording::TakeNotes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) {
     const auto message = nlohmann::json::parse(note, nullptr, false);
-    if (!message.is_object()) continue;
-    const auto type = message.find("type");
-    if (type == message.end()) continue;
-    if (*type == "status") {
-      news_.status = note;
-      ++news_.status_number;
-      source_->SetHosts(HostsIn(message));
-    } else if (*type == "events") {
-      AddEvents(message);
-    }
+    if (!message.is_object() || message.value("type", nlohmann::json()) != "status") continue;
+    news_.status = note;
+    ++news_.status_number;
+    source_->SetHosts(HostsIn(message));
   }
 }
 
-void PlayedRecording::AddEvents(const nlohmann::json& message) {
-  const auto events = message.find("events");
-  if (events == message.end() || !events->is_array()) return;
-  for (const nlohmann::json& event : *events) {
+// The newest of those that had happened by now, each once, however often its moment is come by.
+void PlayedRecording::PassEventsOn() {
+  const auto end = std::ranges::upper_bound(told_, at_, {}, &ToldEvents::at);
+  const auto begin = end - std::min<std::ptrdiff_t>(end - told_.begin(), kMaxEventsKept);
+  for (auto told = begin; told != end; ++told) {
+    if (!std::exchange(told->passed_on, true)) AddEvents(told->events);
+  }
+}
+
+void PlayedRecording::AddEvents(const nlohmann::json& events) {
+  for (const nlohmann::json& event : events) {
     if (!event.is_object() || !event.value("text", nlohmann::json()).is_string()) continue;
     v1::InstanceEvent added;
     added.set_text(event["text"].get<std::string>());
@@ -187,12 +216,7 @@ void PlayedRecording::AddEvents(const nlohmann::json& message) {
         !google::protobuf::util::TimeUtil::FromString(time.get<std::string>(), added.mutable_time())) {
       continue;
     }
-    // A viewer that goes back comes by it again.
-    const auto& kept = news_.events.kept;
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const v1::InstanceEvent& one) {
-      return one.text() == added.text() && one.time().seconds() == added.time().seconds();
-    });
-    if (!known) news_.events.Add(std::move(added), kMaxEventsKept);
+    news_.events.Add(std::move(added), kMaxEventsKept);
   }
 }
 

@@ -44,14 +44,22 @@ class PlayedRecording {
   const std::optional<Problem>& problem() const { return problem_; }
 
  private:
+  using Time = std::chrono::microseconds;
+  // What its gateway told its viewers of the world's events at a moment.
+  struct ToldEvents {
+    Time at{};
+    nlohmann::json events;
+    bool passed_on = false;
+  };
   // The result of a job: a client at a place in the recording.
   struct Arrived {
     std::unique_ptr<client::Client> client;
     std::shared_ptr<const SceneBook> book;
     std::vector<std::string> notes;
+    std::vector<ToldEvents> told{};  // all of the recording, by the job that opened it
   };
-  using Time = std::chrono::microseconds;
 
+  static absl::StatusOr<std::vector<ToldEvents>> ReadEvents(const std::string& path);
   static absl::StatusOr<Arrived> Travel(std::unique_ptr<client::Client> playing, const std::string& path, Time place,
                                         std::shared_ptr<const SceneBook> book);
   void GoTo(Time place);
@@ -59,13 +67,15 @@ class PlayedRecording {
   void Fail(const absl::Status& status);
   void Advance(Time to);
   void TakeNotes(const std::vector<std::string>& notes);
-  void AddEvents(const nlohmann::json& message);
+  void PassEventsOn();
+  void AddEvents(const nlohmann::json& events);
   void SayPlace(TimePoint now);
 
   Services& services_;
   std::string path_;
   std::unique_ptr<ViewSource> source_;
   NewsFeed news_;
+  std::vector<ToldEvents> told_;  // ascending
   PlayState said_;
   std::optional<Problem> problem_;
   bool under_way_ = false;      // a job has the client

@@ -218,6 +218,20 @@ TEST_F(PlayedRecordingTest, TheWorldsPropertiesAreThoseOfTheMoment) {
   }
 }
 
+// A death at 8 s, of which the keys after it know nothing.
+TEST_F(PlayedRecordingTest, WhatHadHappenedByThenIsKnownWhereverOneGoes) {
+  PlayedRecording played("match.rec", path(), services_);
+  ASSERT_NO_FATAL_FAILURE(Arrive(played));
+  EXPECT_TRUE(played.news()->events.kept.empty());
+  for (const double place_s : {7.0, 18.0, 3.0, 19.0, 8.5}) {
+    played.Take({.paused = true, .at_s = place_s});
+    ASSERT_NO_FATAL_FAILURE(Arrive(played));
+    const bool has_died = place_s != 7.0;
+    ASSERT_EQ(played.news()->events.kept.size(), has_died ? 1U : 0U) << place_s;
+    EXPECT_TRUE(!has_died || played.news()->events.kept[0].text() == "region 1 died");
+  }
+}
+
 TEST_F(PlayedRecordingTest, WhatCannotBePlayedIsAProblemThatNamesItAndNoFolder) {
   PlayedRecording missing("../x", absl::NotFoundError("the gateway has no recording of that name"), services_);
   ASSERT_TRUE(missing.problem());

@@ -64,7 +64,8 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
                     [&] { return viewer->newest["status"].value("failovers", 0) == 1 && RegionsAlive(*viewer) == 4; }));
   const int recorded = viewer->texts["recording"];
   ASSERT_TRUE(Until({viewer.get()}, "it goes on, with all bodies",
-                    [&] { return viewer->texts["recording"] > recorded + 2 && SeesAll(*viewer); }));
+                    [&] { return viewer->texts["recording"] > recorded + 2 && SeesAll(*viewer); }))
+      << viewer->decoder.bodies.size() << " bodies; " << viewer->texts["recording"] - recorded << " words of it";
   EXPECT_GT(viewer->newest["recording"]["bytes"], 10'000);
   ASSERT_EQ(Recordings().size(), 1u);
   EXPECT_TRUE(Recordings()[0]["seconds"].is_null()) << "it is not ended";
@@ -92,12 +93,15 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
     return player->newest["play"].value("at_s", 0.0) == seconds && player->newest["status"].value("failovers", 0) == 1;
   }));
   EXPECT_TRUE(Until({player.get()}, "all bodies, and what happened",
-                    [&] { return SeesAll(*player) && player->decoder.paused && player->texts["events"] > 0; }));
+                    [&] { return SeesAll(*player) && player->decoder.paused && player->texts["events"] > 0; }))
+      << player->decoder.bodies.size() << " bodies; paused: " << player->decoder.paused << "; "
+      << player->texts["events"] << " messages of events";
   EXPECT_LT(other->newest["play"].value("at_s", 0.0), seconds) << "each has its own time";
   player->Send({{"type", "play"}, {"at_s", all_seen_s}});
-  ASSERT_TRUE(Until({player.get()}, "back to where it saw them first", [&] {
-    return std::abs(player->newest["play"].value("at_s", 0.0) - all_seen_s) < 1e-3 && SeesAll(*player);
-  }));
+  ASSERT_TRUE(Until(
+      {player.get()}, "back to where it saw them first",
+      [&] { return std::abs(player->newest["play"].value("at_s", 0.0) - all_seen_s) < 1e-3 && SeesAll(*player); }))
+      << player->decoder.bodies.size() << " bodies; " << player->newest["play"];
   player->Send({{"type", "order"}, {"number", 2}, {"order", "pause"}});
   ASSERT_TRUE(Until({player.get()}, "the answer", [&] { return player->newest.contains("answer"); }));
   EXPECT_THAT(player->newest["answer"]["text"].get<std::string>(), HasSubstr("a recording takes no orders"));
