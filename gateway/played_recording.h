@@ -45,7 +45,7 @@ class PlayedRecording {
 
  private:
   using Time = std::chrono::microseconds;
-  // What its gateway told its viewers of the world's events at a moment.
+  // Events of the world, as its gateway told its viewers of them then.
   struct ToldEvents {
     Time at{};
     nlohmann::json events;
