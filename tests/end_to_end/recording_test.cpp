@@ -65,7 +65,8 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
   const int recorded = viewer->texts["recording"];
   ASSERT_TRUE(Until({viewer.get()}, "it goes on, with all bodies",
                     [&] { return viewer->texts["recording"] > recorded + 2 && SeesAll(*viewer); }))
-      << viewer->decoder.bodies.size() << " bodies; " << viewer->texts["recording"] - recorded << " words of it";
+      << viewer->decoder.bodies.size() << " bodies; " << viewer->texts["recording"] - recorded << " words of it, "
+      << viewer->newest["recording"];
   EXPECT_GT(viewer->newest["recording"]["bytes"], 10'000);
   ASSERT_EQ(Recordings().size(), 1u);
   EXPECT_TRUE(Recordings()[0]["seconds"].is_null()) << "it is not ended";
