@@ -49,7 +49,7 @@ class ViewerSocket {
   std::size_t Take(std::chrono::milliseconds wait, std::size_t most = kTake_bytes);
 
   static constexpr std::size_t kTake_bytes = std::size_t{1} << 16;
-  static constexpr std::uint8_t kText = 1, kBinary = 2, kClose = 8;
+  static constexpr std::uint8_t kText = 1, kBinary = 2, kClose = 8, kPing = 9, kPong = 10;
 
   ViewerDecoder decoder;
   int http_status = 0;
