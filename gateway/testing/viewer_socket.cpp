@@ -137,7 +137,7 @@ void ViewerSocket::OnFrame(std::uint8_t opcode, std::string_view payload) {
     ++texts[type];
     newest[type] = std::move(message);
   } else if (opcode == kPing) {
-    SendFrame(kPong, payload);  // who is silent for long is hung up on
+    SendFrame(kPong, payload);  // a viewer that is silent for long is hung up on
   } else if (opcode == kClose) {
     closed =
         payload.size() < 2 ? "" : absl::StrCat(BigEndian(payload.substr(0, 2)), " ", std::string(payload.substr(2)));
