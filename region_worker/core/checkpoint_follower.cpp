@@ -19,6 +19,8 @@ void CheckpointFollower::Written(Tick tick, const absl::Status& status, Actions&
 
 void CheckpointFollower::Follow(const std::optional<StateFile>& ordered, const region::Region& region,
                                 Actions& actions) {
+  // A region that stands may be asked for the same tick again.
+  if (!ordered && !failure_.empty()) newest_.reset();
   // One that is ordered no more, or is not due yet, has not failed.
   if (!ordered || newest_ != ordered->tick) failure_.clear();
   if (!ordered || ordered->path.empty() || newest_ == ordered->tick) return;

@@ -17,6 +17,12 @@ class CheckpointFollowerTest : public ::testing::Test {
   void Follow(std::uint64_t tick) {
     checkpoints.Follow(StateFile{.tick = Tick(tick), .path = "file", .hash = {}}, rig.region, rig.actions);
   }
+  void OrderTheNextWhileOneIsWritten() {
+    Follow(0);
+    rig.StepTo(Tick(1));
+    Follow(1);
+    EXPECT_THAT(Written(), SizeIs(1));
+  }
   std::vector<WriteCheckpoint> Written() const { return AllOf<WriteCheckpoint>(rig.actions); }
 
   CoreRig rig;
@@ -51,6 +57,15 @@ TEST_F(CheckpointFollowerTest, AFileThatCannotBeWrittenIsReportedUntilAnotherIsO
   EXPECT_EQ(checkpoints.failure(), "");
 }
 
+TEST_F(CheckpointFollowerTest, ARegionThatStandsTriesAgainWhenItIsAskedAgain) {
+  Follow(0);
+  checkpoints.Written(Tick(0), absl::UnavailableError("disk full"), rig.actions);
+  checkpoints.Follow(std::nullopt, rig.region, rig.actions);
+  EXPECT_EQ(checkpoints.failure(), "");
+  Follow(0);
+  EXPECT_THAT(Written(), SizeIs(2));
+}
+
 TEST_F(CheckpointFollowerTest, ATickThatHasPassedCannotBeWritten) {
   rig.StepTo(Tick(5));
   Follow(3);
@@ -59,10 +74,7 @@ TEST_F(CheckpointFollowerTest, ATickThatHasPassedCannotBeWritten) {
 }
 
 TEST_F(CheckpointFollowerTest, NoneIsWrittenWhileAnotherIs) {
-  Follow(0);
-  rig.StepTo(Tick(1));
-  Follow(1);
-  EXPECT_THAT(Written(), SizeIs(1));
+  OrderTheNextWhileOneIsWritten();
   EXPECT_EQ(checkpoints.failure(), "") << "it may stand here";
   rig.StepTo(Tick(2));
   Follow(1);
@@ -71,10 +83,7 @@ TEST_F(CheckpointFollowerTest, NoneIsWrittenWhileAnotherIs) {
 }
 
 TEST_F(CheckpointFollowerTest, ARegionThatStandsWritesItOnceTheOneBeforeIs) {
-  Follow(0);
-  rig.StepTo(Tick(1));
-  Follow(1);
-  EXPECT_THAT(Written(), SizeIs(1));
+  OrderTheNextWhileOneIsWritten();
   checkpoints.Written(Tick(0), absl::OkStatus(), rig.actions);
   Follow(1);
   ASSERT_THAT(Written(), SizeIs(2));
