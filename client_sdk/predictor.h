@@ -12,7 +12,10 @@
 //
 // Where the ground is not known yet, nothing is predicted; a poll or two after the own body was put elsewhere, and
 // while a large scene is looked at for the first time. Exact (but for what the wire rounds) while inputs reach the
-// server in time and nothing else meets the own body. Thread rule: one thread at a time; time comes in.
+// server in time and nothing else meets the own body.
+//
+// It has some 60 methods because what is foreseen has one physics world: the own body, what it holds and what it threw
+// meet in it, and are put back and stepped anew together. Thread rule: one thread at a time; time comes in.
 #pragma once
 
 #include <chrono>

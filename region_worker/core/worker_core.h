@@ -10,7 +10,7 @@
 //   core.Receive(from, message, now);                   CarryOut(core.TakeActions());
 //   while (core.Advance(now)) { core.Step(now);         CarryOut(core.TakeActions());   core.StepEnded(end, work); }
 //
-// It has some 45 methods: one for each event and answer that may come in, one for each transition of its life. What a
+// It has some 60 methods: one for each event and answer that may come in, one for each transition of its life. What a
 // running region does is RegionRun's and its parts', which hold no phase.
 //
 // The simulator runs this very class (tests/simulation). Thread rule: one thread.
