@@ -9,8 +9,8 @@
 //
 // A place is an index into owned(), or owned().size() and an index into ghosts(): the tag of the body in the world.
 //
-// It has some 65 methods because the physics world is behind it and nowhere else: half of them ask or change one thing
-// of one body there, and keep the lists beside it true. Thread rule: one thread at a time.
+// It has some 65 methods because the physics world is behind it and nowhere else: whatever is changed there, the lists
+// beside it are kept true. Thread rule: one thread at a time.
 #pragma once
 
 #include <map>
