@@ -1,5 +1,5 @@
-// Inside of Client. Not for others. Its parts own their data; its 44 methods are one for each thing that a poll does and
-// for each kind of message, and lead from part to part.
+// Inside of Client. Not for others. Its parts own their data; its 44 methods are one for each thing that a poll does
+// and for each kind of message, and lead from part to part.
 #pragma once
 
 #include <chrono>

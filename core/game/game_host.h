@@ -16,8 +16,8 @@
 // wait for the next tick in their order, messages and timers stay due, and on_tick of bodies goes on with the next body
 // in the next tick.
 //
-// It has some 55 methods: one for each step of that order, those around a call, and those for a region between two ticks.
-// Thread rule: one thread at a time.
+// It has some 55 methods: one for each step of that order, those around a call, and those for a region between two
+// ticks. Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
