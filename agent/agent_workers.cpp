@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
 #include "host/files.h"
 #include "host/last_lines.h"
 #include "host/socket_address.h"
@@ -132,6 +133,9 @@ std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const
       "--metrics-listen",
       host::ToString(host::SocketAddress{options_.metrics_host, static_cast<std::uint16_t>(action.first_port + 2)}),
   };
+  if (action.max_players != 0 && action.max_players != kUsualPlayers) {
+    arguments.insert(arguments.end(), {"--max-players", std::to_string(action.max_players)});
+  }
   if (!options_.metrics_token_file.empty()) {
     arguments.insert(arguments.end(), {"--metrics-token-file", options_.metrics_token_file});
   }

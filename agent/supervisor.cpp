@@ -144,7 +144,7 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
   }
   Worker& worker = found->second;
   if (worker.stopping != Stopping::kNo) return outcome("is stopping already", false);
-  if (worker.order && google::protobuf::util::MessageDifferencer::Equals(*worker.order, order)) {
+  if (worker.order && worker.order->SerializeAsString() == order.SerializeAsString()) {
     return outcome("unchanged", false);
   }
   worker.order = order;
@@ -182,7 +182,7 @@ bool Supervisor::Spawn(const WorkerKey& key, Worker& worker) {
   worker.record.set_first_port(port.value_or(0));
   if (!port) return false;
   ++worker.port_attempts;
-  actions_.push_back(SpawnWorker{key, *port});
+  actions_.push_back(SpawnWorker{key, *port, worker.order ? worker.order->max_players() : 0});
   return true;
 }
 

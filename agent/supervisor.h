@@ -54,6 +54,7 @@ absl::Status CheckSpeaker(const v1::WorkerIdentity& says, pid_t peer, std::int64
 struct SpawnWorker {  // answered by Spawned or SpawnFailed
   WorkerKey key;
   std::uint16_t first_port = 0;
+  std::uint32_t max_players = 0;  // as its order says; 0: it does not
 };
 struct SignalWorker {
   WorkerKey key;

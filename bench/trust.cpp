@@ -21,7 +21,8 @@ constexpr TrustSize kTrustFull{.calls = 2000,
                                .regions = 16,
                                .evictions = 5,
                                .churn_joins = 100'000,
-                               .churn_worlds = 10'000};
+                               .churn_worlds = 10'000,
+                               .full_players = 10'000};
 constexpr TrustSize kTrustQuick{.calls = 300,
                                 .import_mb = 512,
                                 .lease_requests = 100'000,
@@ -34,7 +35,8 @@ constexpr TrustSize kTrustQuick{.calls = 300,
                                 .regions = 8,
                                 .evictions = 1,
                                 .churn_joins = 3000,
-                                .churn_worlds = 300};
+                                .churn_worlds = 300,
+                                .full_players = 500};
 
 struct TrustScene {
   const char* name;
@@ -45,6 +47,7 @@ constexpr TrustScene kTrustScenes[] = {{"attacks", RunAttacks},
                                        {"create", RunCreate},
                                        {"ticks", RunFloodedTicks},
                                        {"evict", RunEvictions},
+                                       {"full", RunFull},
                                        {"churn", RunChurn}};
 
 absl::Status TryScene(const TrustScene& scene, const TrustSize& size, Report& report) {

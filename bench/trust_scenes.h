@@ -18,12 +18,14 @@ struct TrustSize {
   double span_s;
   std::uint32_t bodies, regions, evictions;
   std::uint32_t churn_joins, churn_worlds;
+  std::uint32_t full_players;
 };
 
 absl::Status RunAttacks(const TrustSize& size, Report& report);
 absl::Status RunCreate(const TrustSize& size, Report& report);
 absl::Status RunFloodedTicks(const TrustSize& size, Report& report);
 absl::Status RunEvictions(const TrustSize& size, Report& report);
+absl::Status RunFull(const TrustSize& size, Report& report);
 absl::Status RunChurn(const TrustSize& size, Report& report);
 
 }  // namespace tessera::bench

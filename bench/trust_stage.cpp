@@ -1,5 +1,8 @@
 #include "bench/trust_stage.h"
 
+#include <cmath>
+
+#include "core/world/scene_io.h"
 #include "local_cluster/instance_state.h"
 #include "local_cluster/scene_file.h"
 
@@ -7,6 +10,34 @@ namespace tessera::bench {
 namespace {
 
 constexpr std::chrono::seconds kStagePatience{60};
+constexpr double kPlace_m = 2;  // between two players
+
+constexpr char kSquare[] = R"(
+name: "square" view { radius: 40 }
+bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
+player { body { mass: 20 shape { sphere { radius: 0.5 } } } max_force: 300 max_speed: 12 }
+)";
+
+// A floor on which as many players have a place of their own.
+v1::Scene SquareFor(std::uint32_t players) {
+  v1::Scene scene = *ParseScene(kSquare, "square");
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(players)));
+  const double half_m = kPlace_m * side / 2;
+  for (std::uint32_t i = 0; i < players; ++i) {
+    v1::Vec3& place = *scene.mutable_player()->add_spawn_points();
+    place.set_x(kPlace_m * (i % side + 0.5) - half_m);
+    place.set_y(0.5);
+    place.set_z(kPlace_m * (i / side + 0.5) - half_m);
+  }
+  const auto set = [](v1::Vec3& corner, double horizontal, double y) {
+    corner.set_x(horizontal);
+    corner.set_y(y);
+    corner.set_z(horizontal);
+  };
+  set(*scene.mutable_bounds()->mutable_min(), -half_m, -10);
+  set(*scene.mutable_bounds()->mutable_max(), half_m, 50);
+  return scene;
+}
 
 }  // namespace
 
@@ -30,19 +61,42 @@ std::string TrustStage::OperatorsToken() {
 }
 
 std::string TrustStage::CreateWorld(bool lazy) {
-  v1::CreateInstanceRequest request;
+  v1::InstanceSpec spec;
   constexpr std::uint32_t kBodies = 20, kNeverAll = 1000;
-  *request.mutable_spec()->mutable_scene() = local::LoadScene(local::FindScene("plaza"), kBodies).message;
-  request.mutable_spec()->set_regions(2);
-  request.mutable_spec()->set_lazy(lazy);
-  if (lazy) request.mutable_spec()->set_expected_players(kNeverAll);
+  *spec.mutable_scene() = local::LoadScene(local::FindScene("plaza"), kBodies).message;
+  spec.set_regions(2);
+  spec.set_lazy(lazy);
+  if (lazy) spec.set_expected_players(kNeverAll);
+  return Create(spec);
+}
+
+std::string TrustStage::CreateWorldFor(std::uint32_t players) {
+  v1::InstanceSpec spec;
+  *spec.mutable_scene() = SquareFor(players);
+  spec.set_regions(4);
+  spec.set_max_players(players);
+  spec.mutable_leaver_grace()->set_seconds(3600);
+  return Create(spec);
+}
+
+std::string TrustStage::Create(const v1::InstanceSpec& spec) {
+  v1::CreateInstanceRequest request;
+  *request.mutable_spec() = spec;
   const std::string id = connection_
                              ->Call("instance create", connection_->instances(),
                                     &v1::InstanceService::Stub::CreateInstance, request, kStagePatience)
                              .instance()
                              .id();
-  if (!lazy) local::WaitUntilSettled(*connection_, id, kStagePatience);
+  if (!spec.lazy()) local::WaitUntilSettled(*connection_, id, kStagePatience);
   return id;
+}
+
+v1::Instance TrustStage::World(const std::string& id) {
+  v1::GetInstanceRequest request;
+  request.set_id(id);
+  return connection_
+      ->Call("instance get", connection_->instances(), &v1::InstanceService::Stub::GetInstance, request, kStagePatience)
+      .instance();
 }
 
 void TrustStage::DeleteWorld(const std::string& id) {

@@ -24,9 +24,14 @@ class TrustStage {
   std::string OperatorsToken();
   // The id of a world that takes guests; lazy: no worker runs until somebody joins.
   std::string CreateWorld(bool lazy);
+  // One of four regions that runs, takes as many guests, and keeps who has not connected for an hour.
+  std::string CreateWorldFor(std::uint32_t players);
+  v1::Instance World(const std::string& id);
   void DeleteWorld(const std::string& id);
 
  private:
+  std::string Create(const v1::InstanceSpec& spec);
+
   host::TemporaryFolder folder_;
   std::unique_ptr<local::LocalCluster> cluster_;
   std::unique_ptr<local::Connection> connection_;

@@ -26,7 +26,7 @@ struct InstanceOptions {
   std::string scene, visuals;
   std::string game, movement;
   std::uint32_t regions = 1;
-  std::uint32_t players = 0;
+  std::uint32_t players = 0, max_players = 0;
   std::uint32_t snapshot_rate_hz = 0;
   std::optional<std::uint32_t> bodies;
   double start_deadline_s = 0;
@@ -61,6 +61,7 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options, const std::s
   if (!options.movement.empty()) local::SetMovement(options.movement, spec);
   spec.set_regions(options.regions);
   spec.set_expected_players(options.players);
+  spec.set_max_players(options.max_players);
   spec.set_snapshot_rate_hz(options.snapshot_rate_hz);
   spec.set_lazy(options.lazy);
   if (options.start_deadline_s > 0) SetSpan(options.start_deadline_s, *spec.mutable_start_deadline());
@@ -198,6 +199,8 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->capture_default_str();
   create->add_option("--players", options->players, "Start when so many players are in; 0: at once")
       ->capture_default_str();
+  create->add_option("--max-players", options->max_players, "At most so many play at one time (default 1024)")
+      ->check(CLI::Range(std::uint32_t{1}, kMaxPlayers));
   create->add_option("--bodies", options->bodies, "Number of scattered bodies, instead of the scene's own");
   create->add_option("--start-deadline", options->start_deadline_s, "Start anyway after so many seconds (default 30)")
       ->check(Finite());

@@ -138,8 +138,7 @@ void SetGame(const v1::WorkerOrder& newest, records::Instance& next) {
   next.mutable_games()->clear_next();
 }
 
-void SetPlayers(const v1::WorkerOrder& newest, records::Instance& next) {
-  *next.mutable_players() = newest.players();
+void SetLastPlayer(const v1::WorkerOrder& newest, records::Instance& next) {
   for (const v1::Player& player : newest.players()) next.set_last_player(std::max(next.last_player(), player.number()));
 }
 
@@ -173,10 +172,11 @@ records::Instance AdoptOrders(const records::Instance& old, std::span<const Held
   SetFailover(newest, orders, next);
   SetWanted(orders, next);
   SetGame(newest, next);
-  SetPlayers(newest, next);
+  SetLastPlayer(newest, next);
   SetClock(newest, next);
   next.set_snapshot_rate_hz(newest.snapshot_rate_hz());
   next.set_expected_players(newest.expected_players());
+  next.set_max_players(newest.max_players());
   *next.mutable_borders() = newest.borders();
   next.set_region_threads(newest.region_threads());
   next.clear_reason();
@@ -187,6 +187,32 @@ records::Instance AdoptOrders(const records::Instance& old, std::span<const Held
     next.set_state(v1::INSTANCE_STATE_RUNNING);
   } else {
     next.set_state(v1::INSTANCE_STATE_STARTING);
+  }
+  return next;
+}
+
+Players AdoptPlayers(const Players& old, std::span<const HeldOrder> orders) {
+  Players next;
+  for (const v1::Player& named : NewestOf(orders).order.players()) {
+    const records::StoredPlayer* before = old.Find(named.number());
+    records::StoredPlayer known = before == nullptr ? records::StoredPlayer() : *before;
+    v1::Player& player = *known.mutable_player();
+    player.set_number(named.number());
+    player.set_generation(named.generation());
+    player.set_spawn_region(named.spawn_region());
+    player.set_left(named.left());
+    player.set_parked(named.parked());
+    player.set_ended_because(named.ended_because());
+    if (named.number() != 0) next.Put(std::move(known));
+  }
+  for (const HeldOrder& held : orders) {
+    for (const v1::Player& named : held.order.players()) {
+      if (named.spawn_region() != held.order.region()) continue;
+      next.Change(named.number(), [&](records::StoredPlayer& known) {
+        if (!named.name().empty()) known.mutable_player()->set_name(named.name());
+        if (!named.properties().empty()) *known.mutable_player()->mutable_properties() = named.properties();
+      });
+    }
   }
   return next;
 }

@@ -69,19 +69,6 @@ void DropUnmapped(records::Instance& next) {
                    placements.end());
 }
 
-// Bodies of players that a dead region was to make, and had not made as far as anybody knows, are made by the region
-// that has the place now. Repeating it is fine: a region makes nobody whom it, or a primary of it, has made.
-void FindNewSpawns(const PartitionMap& map, const std::vector<RegionId>& dead, const region::Resolution& resolution,
-                   records::Instance& next) {
-  for (v1::Player& player : *next.mutable_players()) {
-    const bool orphaned = std::find(dead.begin(), dead.end(), RegionId(player.spawn_region())) != dead.end();
-    const bool lives =
-        std::binary_search(resolution.players.begin(), resolution.players.end(), PlayerNumber(player.number()));
-    if (player.left() || !orphaned || lives || next.spawn_points().empty()) continue;
-    player.set_spawn_region(SpawnRegionOf(player.number(), next, map));
-  }
-}
-
 // True if the world can go on although nobody has a copy of these regions. A newcomer acknowledges nothing before its
 // standby has a copy, so all that it was granted is still with those who granted it. If a region was resolved before,
 // its standby may own all.
@@ -189,8 +176,25 @@ records::Instance WithResolution(const records::Instance& record, const region::
   next.set_failovers(record.failovers() + 1);
   next.set_lost_bodies(record.lost_bodies() + resolution.lost.size());
   for (const BodyId body : resolution.lost) TakeOut(body, *next.mutable_bodies());
+  return next;
+}
+
+// Repeating it is fine: a region makes nobody whom it, or a primary of it, has made.
+Players WithNewSpawns(const Players& players, const records::Instance& record, const region::Resolution& resolution) {
   const auto map = FromProto(record.map());
-  if (map.ok()) FindNewSpawns(*map, DeadRegions(record.failover()), resolution, next);  // ResolveFailover has read it
+  if (!map.ok() || record.spawn_points().empty()) return players;  // ResolveFailover has read the map
+  const std::vector<RegionId> dead = DeadRegions(record.failover());
+  Players next = players;
+  players.ForEach([&](const records::StoredPlayer& known) {
+    const v1::Player& player = known.player();
+    const bool orphaned = std::find(dead.begin(), dead.end(), RegionId(player.spawn_region())) != dead.end();
+    const bool lives =
+        std::binary_search(resolution.players.begin(), resolution.players.end(), PlayerNumber(player.number()));
+    if (player.left() || !orphaned || lives) return;
+    next.Change(player.number(), [&](records::StoredPlayer& moved) {
+      moved.mutable_player()->set_spawn_region(SpawnRegionOf(player.number(), record, *map));
+    });
+  });
   return next;
 }
 

@@ -141,6 +141,10 @@ absl::Status PlanGame(const v1::InstanceSpec& spec, const std::shared_ptr<const 
   return absl::OkStatus();
 }
 
+std::uint32_t MaxPlayersOf(const v1::InstanceSpec& spec) {
+  return spec.max_players() == 0 ? kUsualPlayers : spec.max_players();
+}
+
 absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
   const v1::InstanceSpec& spec = request.spec();
   if (request.request_id().size() > kMaxRequestIdBytes) {
@@ -150,7 +154,10 @@ absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
   if (!request.has_spec()) return absl::InvalidArgumentError("spec: missing");
   if (!spec.has_scene()) return absl::InvalidArgumentError("spec.scene: missing");
   if (absl::Status status = CheckRange("spec.regions", spec.regions(), 1, kMaxRegions); !status.ok()) return status;
-  return CheckRange("spec.expected_players", spec.expected_players(), 0, kMaxPlayers);
+  if (absl::Status status = CheckRange("spec.max_players", spec.max_players(), 0, kMaxPlayers); !status.ok()) {
+    return status;
+  }
+  return CheckRange("spec.expected_players", spec.expected_players(), 0, MaxPlayersOf(spec));
 }
 
 }  // namespace
@@ -200,6 +207,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.snapshot_rate_hz =
       spec.snapshot_rate_hz() > 0 ? spec.snapshot_rate_hz() : std::min(kDefaultSnapshotRateHz, plan.tick_rate_hz);
   plan.expected_players = spec.expected_players();
+  plan.max_players = MaxPlayersOf(spec);
   plan.start_deadline = *deadline;
   plan.lazy = spec.lazy();
   plan.guests = spec.has_guests() ? spec.guests() : guests;

@@ -29,7 +29,7 @@ struct InstancePlan {
   Contents contents;
   std::uint32_t tick_rate_hz = 0;
   std::uint32_t snapshot_rate_hz = 0;
-  std::uint32_t expected_players = 0;
+  std::uint32_t expected_players = 0, max_players = kUsualPlayers;
   std::chrono::milliseconds start_deadline{0};
   bool lazy = false;
   bool guests = true;  // players may join without a ticket

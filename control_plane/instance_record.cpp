@@ -40,6 +40,7 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   if (plan.movement) *record.mutable_movement() = *plan.movement;
   record.set_tick_rate_hz(plan.tick_rate_hz);
   record.set_expected_players(plan.expected_players);
+  record.set_max_players(plan.max_players);
   record.set_start_deadline_ms(plan.start_deadline.count());
   record.set_snapshot_rate_hz(plan.snapshot_rate_hz);
   *record.mutable_borders() = plan.borders;
@@ -133,21 +134,19 @@ void AddEvent(records::Instance& record, Now now, const std::string& text) {
   if (record.events_size() > kMaxEvents) record.mutable_events()->DeleteSubrange(0, record.events_size() - kMaxEvents);
 }
 
-bool HasBody(const records::Instance& record, BodyId body) {
+bool HasBody(const records::Instance& record, const Players& players, BodyId body) {
   if (IsSpawned(body)) return true;  // which ones there are, the regions know
   if (!IsPlayerBody(body)) return Contains(record.bodies(), body);
-  return std::any_of(record.players().begin(), record.players().end(), [&](const v1::Player& player) {
-    return PlayerBodyId(PlayerNumber(player.number())) == body && !player.left();
-  });
+  const records::StoredPlayer* known = players.Find(PlayerOf(body).value());
+  return known != nullptr && !known->player().left();
 }
 
 std::uint32_t RegionThreadsOf(const records::Instance& record) {
   return std::max<std::uint32_t>(1, record.region_threads());
 }
 
-int PlayersPresent(const records::Instance& record) {
-  return static_cast<int>(std::count_if(record.players().begin(), record.players().end(),
-                                        [](const v1::Player& player) { return !player.left(); }));
+std::uint32_t MaxPlayersOf(const records::Instance& record) {
+  return record.max_players() == 0 ? kUsualPlayers : record.max_players();
 }
 
 std::uint32_t SpawnRegionOf(std::uint32_t player, const records::Instance& record, const PartitionMap& map) {

@@ -6,6 +6,7 @@
 #include "control_plane/control_records.pb.h"
 #include "control_plane/instance_plan.h"
 #include "control_plane/now.h"
+#include "control_plane/players.h"
 #include "control_plane/placement.h"
 #include "core/world/ids.h"
 #include "core/world/partition_map.h"
@@ -29,13 +30,13 @@ records::Instance Failed(const records::Instance& record, const std::string& why
 void AddEvent(records::Instance& record, Now now, const std::string& text);
 
 // Whether there may be such a body: a dynamic one of the scene, one of a player who has not left, or one that was made.
-bool HasBody(const records::Instance& record, BodyId body);
+bool HasBody(const records::Instance& record, const Players& players, BodyId body);
 
 // Threads that work on a step of each of its regions, 1 to region::kMaxRegionThreads.
 std::uint32_t RegionThreadsOf(const records::Instance& record);
 
-// The players who have not left.
-int PlayersPresent(const records::Instance& record);
+// So many play in it at one time.
+std::uint32_t MaxPlayersOf(const records::Instance& record);
 
 // The region that has the player's spawn point. Requires a spawn point.
 std::uint32_t SpawnRegionOf(std::uint32_t player, const records::Instance& record, const PartitionMap& map);

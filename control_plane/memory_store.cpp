@@ -40,6 +40,7 @@ absl::StatusOr<Revision> MemoryStore::Txn(std::span<const StoreOp> ops) {
       entries_.erase(op.key);
     } else {
       entries_[op.key] = {op.value, revision_};
+      bytes_written_ += op.value.size();
     }
   }
   return revision_;
@@ -53,6 +54,11 @@ Revision MemoryStore::revision() const {
 void MemoryStore::FailNext(int count) {
   const std::lock_guard lock(mutex_);
   failures_ = count;
+}
+
+std::size_t MemoryStore::bytes_written() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_written_;
 }
 
 }  // namespace tessera::control

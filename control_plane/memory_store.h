@@ -17,6 +17,8 @@ class MemoryStore final : public Store {
 
   // The next `count` transactions fail with kUnavailable and change nothing: a full disk, for tests.
   void FailNext(int count);
+  // Of all values that were put.
+  std::size_t bytes_written() const;
 
  private:
   struct Versioned {
@@ -27,6 +29,7 @@ class MemoryStore final : public Store {
   std::map<std::string, Versioned, std::less<>> entries_;
   Revision revision_ = 0;
   int failures_ = 0;
+  std::size_t bytes_written_ = 0;
 };
 
 }  // namespace tessera::control

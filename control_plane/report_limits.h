@@ -8,7 +8,7 @@
 
 namespace tessera::control {
 
-// INVALID_ARGUMENT "report.connected_players: has 16000000 entries, at most 1024".
+// INVALID_ARGUMENT "report.connected_players: has 16000000 entries, at most 10000".
 absl::Status CheckReport(const v1::WorkerReport& report);
 // Checks the message around the reports: INVALID_ARGUMENT "heartbeat.workers: has 2001 entries, at most 2000". A report
 // that is wrong in itself is its worker's fault, and not looked into here.

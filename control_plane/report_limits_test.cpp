@@ -11,7 +11,7 @@ namespace {
 
 v1::WorkerReport Largest() {
   v1::WorkerReport report;
-  for (std::uint32_t i = 1; i <= 1024; ++i) {
+  for (std::uint32_t i = 1; i <= kMaxPlayers; ++i) {
     report.add_connected_players(i);
     report.add_ended_players()->set_reason(std::string(200, 'x'));
   }
@@ -41,8 +41,8 @@ TEST(ReportLimitsTest, OneMoreIsRefusedByName) {
   };
   using R = v1::WorkerReport;
   EXPECT_EQ(refusal([](R& r) { r.add_connected_players(9); }),
-            "report.connected_players: has 1025 entries, at most 1024");
-  EXPECT_EQ(refusal([](R& r) { r.add_ended_players(); }), "report.ended_players: has 1025 entries, at most 1024");
+            "report.connected_players: has 10001 entries, at most 10000");
+  EXPECT_EQ(refusal([](R& r) { r.add_ended_players(); }), "report.ended_players: has 10001 entries, at most 10000");
   EXPECT_EQ(refusal([](R& r) { r.add_linked_regions(1); }), "report.linked_regions: has 1001 entries, at most 1000");
   EXPECT_EQ(refusal([](R& r) { r.add_removed_last(1); }), "report.removed_last: has 10001 entries, at most 10000");
   EXPECT_EQ(refusal([](R& r) { r.add_game_lines(); }), "report.game_lines: has 33 entries, at most 32");

@@ -11,6 +11,7 @@ namespace {
 
 constexpr char kHostPrefix[] = "host/";
 constexpr char kInstancePrefix[] = "instance/";
+constexpr char kPlayersPrefix[] = "players/";
 constexpr char kScenePrefix[] = "scene/", kGamePrefix[] = "game/";
 
 absl::Status Damaged(const std::string& key) {
@@ -41,6 +42,26 @@ absl::Status ReadCounters(const Store& store, StoredRecord<records::Counters>& c
   return absl::OkStatus();
 }
 
+// "players/<instance>/<bucket>"
+absl::Status ReadPlayers(const Store& store, std::map<std::uint64_t, StoredPlayers>& players) {
+  const auto entries = store.List(kPlayersPrefix);
+  if (!entries.ok()) return entries.status();
+  for (const StoreEntry& entry : *entries) {
+    const std::string_view key = entry.key;
+    const std::size_t slash = key.rfind('/');
+    const std::uint64_t instance = NumberOf(key.substr(0, slash), kPlayersPrefix);
+    std::uint32_t bucket = 0;
+    records::PlayerBucket read;
+    if (instance == 0 || !absl::SimpleAtoi(std::string(key.substr(slash + 1)), &bucket) ||
+        PlayersKey(instance, bucket) != key || !read.ParseFromString(entry.value) ||
+        !players[instance].players.SetBucket(bucket, std::move(read)).ok()) {
+      return Damaged(entry.key);
+    }
+    players[instance].revisions[bucket] = entry.revision;
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 std::uint64_t NumberOf(std::string_view id, std::string_view prefix) {
@@ -53,6 +74,9 @@ std::uint64_t NumberOf(std::string_view id, std::string_view prefix) {
 
 std::string HostKey(std::uint64_t number) { return absl::StrCat(kHostPrefix, number); }
 std::string InstanceKey(std::uint64_t number) { return absl::StrCat(kInstancePrefix, number); }
+std::string PlayersKey(std::uint64_t instance, std::uint32_t bucket) {
+  return absl::StrCat(kPlayersPrefix, instance, "/", bucket);
+}
 std::string SceneKey(std::string_view hash) { return kScenePrefix + std::string(hash); }
 std::string GameKey(std::string_view hash) { return kGamePrefix + std::string(hash); }
 std::string VisualKey(std::string_view sha256) { return kVisualPrefix + std::string(sha256); }
@@ -85,6 +109,7 @@ absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
   for (const auto& instance : stored.instances) {
     if (!FromProto(instance.record.map()).ok()) return Damaged(InstanceKey(instance.number));
   }
+  if (absl::Status status = ReadPlayers(store, stored.players); !status.ok()) return status;
   for (const char* prefix : {kScenePrefix, kGamePrefix}) {
     auto contents = store.List(prefix);
     if (!contents.ok()) return contents.status();

@@ -5,6 +5,7 @@
 // Thread rule: free functions on values.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -13,6 +14,7 @@
 
 #include "absl/status/statusor.h"
 #include "control_plane/control_records.pb.h"
+#include "control_plane/players.h"
 #include "control_plane/store.h"
 
 namespace tessera::control {
@@ -25,6 +27,7 @@ std::uint64_t NumberOf(std::string_view id, std::string_view prefix);
 
 std::string HostKey(std::uint64_t number);
 std::string InstanceKey(std::uint64_t number);
+std::string PlayersKey(std::uint64_t instance, std::uint32_t bucket);
 std::string SceneKey(std::string_view hash);
 std::string GameKey(std::string_view hash);
 bool IsSceneKey(std::string_view key);
@@ -54,11 +57,17 @@ struct StoredContent {
   Revision revision = kAbsent;
 };
 
+struct StoredPlayers {
+  Players players;
+  std::array<Revision, Players::kBuckets> revisions{};  // of their buckets; kAbsent where it is empty
+};
+
 struct StoredRecords {
   StoredRecord<records::Counters> counters;  // revision kAbsent before the first start
   std::vector<StoredRecord<records::Host>> hosts;
   std::vector<StoredRecord<records::Instance>> instances;  // each with a map that can be read
   std::map<std::string, StoredContent> contents;           // by key
+  std::map<std::uint64_t, StoredPlayers> players;          // by the instance's number; none where it has none
 };
 
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store);

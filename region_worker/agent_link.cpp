@@ -16,6 +16,9 @@
 namespace tessera::worker {
 namespace {
 
+// An order names ten thousand players, with their names and properties where this region makes them all.
+constexpr int kMaxOrder_bytes = 64 << 20;
+
 using Stream = grpc::ClientReaderWriter<v1::WorkerMessage, v1::AgentOrder>;
 
 // A channel of its own for each attempt, so that only the link's own backoff counts: one that is kept waits out gRPC's
@@ -24,6 +27,7 @@ std::unique_ptr<v1::WorkerLinkService::Stub> MakeStub(const std::string& socket_
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // an environment's proxy is not for this
+  arguments.SetMaxReceiveMessageSize(kMaxOrder_bytes);
   return v1::WorkerLinkService::NewStub(
       grpc::CreateCustomChannel(absl::StrCat("unix:", socket_path), grpc::InsecureChannelCredentials(), arguments));
 }

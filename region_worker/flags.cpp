@@ -88,6 +88,10 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->group(agent);
   app.add_option("--game-port", options.game_port, "UDP port for clients; 0: any")->check(port)->group(agent);
   app.add_option("--link-port", options.link_port, "UDP port for other regions; 0: any")->check(port)->group(agent);
+  app.add_option("--max-players", options.max_players, "how many play in the world at one time")
+      ->check(CLI::Range(std::uint32_t{1}, kMaxPlayers))
+      ->capture_default_str()
+      ->group(agent);
   app.add_option("--sandbox", raw.sandbox, "on: give up other files, programs and processes before anything is read")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str()
@@ -153,8 +157,8 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
     return absl::InvalidArgumentError(absl::StrCat("--base-port ", alone.base_port, ": ", alone.regions,
                                                    " regions take three ports each, which ends past 65535"));
   }
-  if (alone.players > kMaxPlayers) {
-    return absl::InvalidArgumentError(absl::StrCat("--players ", alone.players, ": must be 0 to ", kMaxPlayers));
+  if (alone.players > kUsualPlayers) {
+    return absl::InvalidArgumentError(absl::StrCat("--players ", alone.players, ": must be 0 to ", kUsualPlayers));
   }
   if (alone.snapshot_rate_hz == 0 || alone.snapshot_rate_hz > kMaxTickRateHz) {
     return absl::InvalidArgumentError(

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/region/settings.h"
+#include "core/world/limits.h"
 #include "region_worker/core/identity.h"
 
 namespace tessera::worker {
@@ -33,6 +34,7 @@ struct WorkerOptions {
   std::string bind_address = "127.0.0.1";
   std::string advertise_address;                                 // reported to others
   std::uint16_t game_port = 0, link_port = 0, metrics_port = 0;  // 0: any
+  std::uint32_t max_players = kUsualPlayers;                     // so many play in the world at one time
   std::string metrics_token;                                     // secret; empty: everybody may ask for metrics
   std::string metrics_host = "127.0.0.1";                        // not where players come, unless told so
   std::string agent_socket;                                      // empty: standalone

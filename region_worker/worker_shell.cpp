@@ -31,8 +31,12 @@ constexpr Duration kFarewell = std::chrono::milliseconds(500);
 constexpr std::chrono::milliseconds kAgentFarewell{500};
 // Neighbours, those that bodies can reach, and some connections that are not proven yet.
 constexpr std::size_t kLinkPeers = 128;
-// Players, each once more while it comes back, and some refused.
-constexpr std::size_t kGamePeers = kMaxPlayers + 256;
+// Players, some of them once more while they come back, and some refused.
+constexpr std::size_t kMorePeers = 256;
+
+std::size_t GamePeers(std::uint32_t max_players) {
+  return std::min<std::size_t>(max_players + kMorePeers, net::Acceptor::kMaxSessions);
+}
 
 absl::Status PortError(const absl::Status& status, const char* what) {
   return {status.code(), absl::StrCat(what, ": ", status.message())};
@@ -83,7 +87,7 @@ int WorkerShell::Run() {
 absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   auto game = net::Endpoint::Create({.bind_address = options_.bind_address,
                                      .port = options_.game_port,
-                                     .max_peers = kGamePeers,
+                                     .max_peers = GamePeers(options_.max_players),
                                      .accept_reliable_messages = false,
                                      .accepted = net::kPlayerLimits,
                                      .datagrams_per_service = net::kDatagramsPerService,

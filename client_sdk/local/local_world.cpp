@@ -32,7 +32,7 @@ constexpr std::size_t kMaxLines = 1000;
 // A movement is the region's by its game; where there is none, this one does nothing.
 constexpr char kNoGame[] = "-- a movement alone\n";
 // Players, each once more while it comes back.
-constexpr std::size_t kPeers = 2 * kMaxPlayers;
+constexpr std::size_t kPeers = 2 * kUsualPlayers;
 
 // A player that came by its grant, as an order would name it.
 worker::OrderedPlayer LocalPlayer(PlayerNumber number) { return {.number = number, .spawn_region = kRegion}; }
@@ -178,8 +178,8 @@ void LocalWorld::Impl::Advance(worker::TimePoint time) {
 absl::StatusOr<std::vector<std::uint8_t>> LocalWorld::Grant() {
   Impl& me = *impl_;
   if (!me.scene->player) return absl::FailedPreconditionError("the scene has no player");
-  if (me.players == kMaxPlayers) {
-    return absl::ResourceExhaustedError(absl::StrCat("there were ", kMaxPlayers, " players"));
+  if (me.players == kUsualPlayers) {
+    return absl::ResourceExhaustedError(absl::StrCat("there were ", kUsualPlayers, " players"));
   }
   const PlayerNumber player(++me.players);
   return net::EncodeJoinGrant(

@@ -60,7 +60,7 @@ class LocalWorld {
   // through what it missed. Error: why the world cannot go on.
   absl::Status Advance(std::chrono::steady_clock::time_point now);
 
-  // For another player, from 1 on. FAILED_PRECONDITION: the scene has no player. RESOURCE_EXHAUSTED: kMaxPlayers.
+  // For another player, from 1 on. FAILED_PRECONDITION: the scene has no player. RESOURCE_EXHAUSTED: kUsualPlayers.
   absl::StatusOr<std::vector<std::uint8_t>> Grant();
   // As regions would give it to clients.
   const std::vector<std::uint8_t>& packed_scene() const;

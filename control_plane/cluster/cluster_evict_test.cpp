@@ -159,7 +159,7 @@ TEST(HostCapacityTest, AWorkerThatReportsWhatNoneMayIsReplaced) {
   for (std::uint32_t i = 0; i < 100'000; ++i) message.mutable_report()->add_connected_players(i);
   harness.Send(agent, message);
   EXPECT_THAT(harness.Get(id).events().rbegin()->text(),
-              HasSubstr("worker refused: report.connected_players: has 100000 entries, at most 1024"));
+              HasSubstr("worker refused: report.connected_players: has 100000 entries, at most 10000"));
   harness.Run(seconds(15));
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
   EXPECT_EQ(harness.Get(id).failovers(), 1u) << "the others of its host live on";

@@ -33,8 +33,8 @@ absl::StatusOr<std::optional<trust::Ticket>> Cluster::TakeTicket(Now now, const 
   absl::StatusOr<trust::Ticket> ticket = tickets_.Check(request.ticket(), instance.record, now);
   if (!ticket.ok()) return ticket.status();
   if (absl::Status status = bans_.Check(instance.record.id(), ticket->player_id); !status.ok()) return status;
-  if (!request.viewer() && FindPlayer(instance.record, ticket->player_id) == 0) {
-    if (absl::Status status = CheckRoom(instance.record); !status.ok()) return status;
+  if (!request.viewer() && instance.players.FindId(ticket->player_id) == 0) {
+    if (absl::Status status = CheckRoom(instance); !status.ok()) return status;
   }
   if (absl::Status status = tickets_.Use(*ticket, now); !status.ok()) return status;
   return std::optional(*std::move(ticket));
@@ -57,7 +57,7 @@ absl::StatusOr<v1::KickPlayerResponse> Cluster::KickPlayer(Now now, const v1::Ki
   std::uint32_t number = request.number();
   if (request.player_case() != v1::KickPlayerRequest::kNumber) {
     if (absl::Status status = CheckPlayerId(request.player_id()); !status.ok()) return status;
-    number = FindPlayer(instance->record, request.player_id());
+    number = instance->players.FindId(request.player_id());
     if (number == 0) {
       return absl::NotFoundError(absl::StrCat("player: ", request.player_id(), " does not play in ", request.id()));
     }
@@ -76,7 +76,7 @@ absl::StatusOr<v1::BanPlayerResponse> Cluster::BanPlayer(Now now, const v1::BanP
   std::string player_id = request.player_id();
   if (request.player_case() == v1::BanPlayerRequest::kNumber) {
     if (instance == nullptr) return absl::InvalidArgumentError("number: is a player of an instance; give its id");
-    const auto id = PlayerIdOf(instance->record, request.number());
+    const auto id = PlayerIdOf(*instance, request.number());
     if (!id.ok()) return id.status();
     player_id = *id;
   }
@@ -84,7 +84,7 @@ absl::StatusOr<v1::BanPlayerResponse> Cluster::BanPlayer(Now now, const v1::BanP
   auto ban = bans_.Add(request.id(), player_id, reason, now);
   if (!ban.ok()) return ban.status();
   for (InstanceEntry& entry : state_->EachInstance()) {
-    const std::uint32_t number = FindPlayer(entry.record, player_id);
+    const std::uint32_t number = entry.players.FindId(player_id);
     if (number == 0 || IsFinal(entry.record.state()) || (instance != nullptr && &entry != instance)) continue;
     if (const auto kicked = players_.Kick(entry, number, reason, now); !kicked.ok()) return kicked.status();
   }

@@ -22,8 +22,9 @@ class ClusterPlayersTest : public ::testing::Test {
     game_.SetCluster(added->cluster_id());
     id_ = Running(false);
   }
-  std::string Running(bool guests) {
+  std::string Running(bool guests, std::uint32_t max_players = kUsualPlayers) {
     InstancePlan plan = TestPlan(2);
+    plan.max_players = max_players;
     plan.properties.emplace_back().set_name("team");
     plan.properties.back().set_text("none");
     plan.guests = guests;
@@ -101,13 +102,18 @@ TEST_F(ClusterPlayersTest, PropertiesGoToTheRegionThatMakesTheBodyAlone) {
 
 // A host may run many regions of one instance, and their orders are one message.
 TEST_F(ClusterPlayersTest, AFullInstancesOrdersAreBounded) {
+  id_ = Running(false, kMaxPlayers);
+  std::size_t written = 0;
   for (std::uint32_t i = 0; i < kMaxPlayers; ++i) {
+    const std::size_t before = harness_.store.bytes_written();
     trust::Ticket ticket = game_.Make(std::string(60, 'p') + std::to_string(i), harness_.now);
     ticket.player_id.resize(trust::kMaxTicketPlayerId, 'p');
     ticket.name = std::string(32, 'n');
     ticket.properties = {{"team", std::string(63, 'v')}};
     ASSERT_TRUE(Join(id_, game_.Sign(ticket)).ok()) << i;
+    written = harness_.store.bytes_written() - before;
   }
+  EXPECT_LT(written, 400 * kMaxPlayers / Players::kBuckets) << "the last one has not written all others anew";
   const std::string one_more = game_.MakeText("one more", harness_.now);
   const absl::Status full = Join(id_, one_more).status();
   EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted) << full;
@@ -118,8 +124,8 @@ TEST_F(ClusterPlayersTest, AFullInstancesOrdersAreBounded) {
   harness_.Pump();
   const auto& workers = harness_.agents.at("alpha").fake.workers;
   const std::size_t one = workers.at({id_, 1}).order.ByteSizeLong(), other = workers.at({id_, 2}).order.ByteSizeLong();
-  EXPECT_LT(std::max(one, other), 160U * kMaxPlayers);
-  EXPECT_LT(harness_.cluster().state().FindInstance(id_)->record.ByteSizeLong(), 300U * kMaxPlayers);
+  EXPECT_LT(one + other, 160U * kMaxPlayers) << "a name and properties are in the order of one region";
+  EXPECT_LT(harness_.cluster().state().FindInstance(id_)->record.ByteSizeLong(), 4096U);
 }
 
 TEST_F(ClusterPlayersTest, APlayerComesBackByANewTicketAsTheSame) {

@@ -85,10 +85,11 @@ absl::Status Cluster::RemoveIssuer(const v1::RemoveIssuerRequest& request) {
 void Cluster::SendBannedAway(Now now) {
   for (InstanceEntry& instance : state_->EachInstance()) {
     if (IsFinal(instance.record.state())) continue;
-    const records::Instance before = instance.record;
-    for (const v1::Player& player : before.players()) {
+    const Players before = instance.players;
+    for (const records::StoredPlayer* known : before.All()) {
+      const v1::Player& player = known->player();
       if (player.left() || player.player_id().empty()) continue;
-      const std::string* reason = bans_.ReasonOf(before.id(), player.player_id());
+      const std::string* reason = bans_.ReasonOf(instance.record.id(), player.player_id());
       if (reason == nullptr) continue;
       if (const auto kicked = players_.Kick(instance, player.number(), *reason, now); !kicked.ok()) {
         LogTrouble(*state_, instance, "a banned player cannot be sent away for now", kicked.status());

@@ -179,10 +179,10 @@ TEST_F(ClusterRevocationsTest, WhoIsBannedByAListThatComesLateIsSentAway) {
   alpha.stream = 0;
   harness_.Run(seconds(2));
   EXPECT_EQ(BansOf(harness_), 2u);
-  const auto& players = harness_.cluster().state().FindInstance(id)->record.players();
-  ASSERT_EQ(players.size(), 1);
-  EXPECT_TRUE(players[0].left());
-  EXPECT_EQ(players[0].ended_because(), "cheats");
+  const auto& players = harness_.cluster().state().FindInstance(id)->players;
+  ASSERT_EQ(players.size(), 1U);
+  EXPECT_TRUE(players.All()[0]->player().left());
+  EXPECT_EQ(players.All()[0]->player().ended_because(), "cheats");
   EXPECT_EQ(ClusterHarness::KeptBy(alpha), ClusterHarness::KeptBy(harness_.agents.at("beta")));
 }
 

@@ -29,6 +29,12 @@ std::vector<std::string> Without(std::vector<std::string> keys, const std::vecto
   return keys;
 }
 
+// A bucket that differs from the one before it, of that revision; null: it is empty now.
+StoreOp BucketOp(std::uint64_t instance, std::uint32_t index, const records::PlayerBucket* bucket, Revision before) {
+  if (bucket == nullptr) return DeleteOp(PlayersKey(instance, index), before);
+  return PutOp(PlayersKey(instance, index), bucket->SerializeAsString(), before);
+}
+
 // From a failed write to the next one that only asks whether writing works again.
 constexpr Steady kProbeAfter = std::chrono::seconds(1);
 
@@ -50,7 +56,13 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
     entry.record = std::move(host.record);
     entry.revision = host.revision;
   }
-  for (const auto& instance : stored->instances) state->Adopt(instance);
+  for (const auto& instance : stored->instances) {
+    state->Adopt(instance);
+    InstanceEntry& entry = state->instance(instance.number);
+    if (absl::Status status = state->AdoptPlayers(entry, std::move(stored->players[instance.number])); !status.ok()) {
+      return status;
+    }
+  }
   for (const auto& [key, content] : stored->contents) {
     if (absl::Status status = state->AdoptContent(key, content); !status.ok()) return status;
   }
@@ -78,6 +90,25 @@ void ClusterState::Adopt(const StoredRecord<records::Instance>& stored) {
   if (!stored.record.request_id().empty()) request_ids_[stored.record.request_id()] = stored.number;
   if (IsFinal(stored.record.state())) return;
   for (const std::string& key : ContentKeys(stored.record)) ++contents_[key].instances;
+}
+
+// Releases before this one kept the players in the record itself.
+absl::Status ClusterState::AdoptPlayers(InstanceEntry& instance, StoredPlayers stored) {
+  instance.players = std::move(stored.players);
+  instance.player_revisions = stored.revisions;
+  if (instance.record.players().empty()) return absl::OkStatus();
+  const auto& unseen = instance.record.unseen_players();
+  Players players;
+  for (const v1::Player& player : instance.record.players()) {
+    records::StoredPlayer known;
+    *known.mutable_player() = player;
+    known.set_unseen(std::find(unseen.begin(), unseen.end(), player.number()) != unseen.end());
+    players.Put(std::move(known));
+  }
+  records::Instance next = instance.record;
+  next.clear_players();
+  next.clear_unseen_players();
+  return StoreWithPlayers(instance, next, players);
 }
 
 // With a seed that is none, what the instance signs verifies nowhere.
@@ -252,7 +283,16 @@ absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance recor
 
 absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records::Instance& next,
                                          const Contents& contents) {
+  return StoreWithPlayers(instance, next, instance.players, contents);
+}
+
+absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const records::Instance& next,
+                                            const Players& players, const Contents& contents) {
   std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), next.SerializeAsString(), instance.revision)};
+  const std::vector<std::uint32_t> buckets = players.BucketsUnlike(instance.players);
+  for (const std::uint32_t index : buckets) {
+    ops.push_back(BucketOp(instance.number, index, players.bucket(index), instance.player_revisions[index]));
+  }
   // An instance that had ended uses none; ReuseContents counts what it needs again.
   const bool used = !IsFinal(instance.record.state()), uses = !IsFinal(next.state());
   const std::vector<std::string> before = used ? ContentKeys(instance.record) : std::vector<std::string>();
@@ -273,6 +313,10 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
     const auto use = contents_.find(key);
     if (use != contents_.end() && --use->second.instances == 0) contents_.erase(use);
   }
+  for (const std::uint32_t index : buckets) {
+    instance.player_revisions[index] = players.bucket(index) == nullptr ? kAbsent : *written;
+  }
+  if (!buckets.empty()) instance.players = players;
   const bool placed_anew = !SamePlaces(instance.record, next);
   const bool new_seed = instance.record.signing_seed() != next.signing_seed();
   instance.record = next;
@@ -284,7 +328,12 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
 }
 
 absl::Status ClusterState::RemoveInstance(const InstanceEntry& instance) {
-  const auto written = WriteOne(DeleteOp(InstanceKey(instance.number), instance.revision));
+  std::vector<StoreOp> ops{DeleteOp(InstanceKey(instance.number), instance.revision)};
+  for (std::uint32_t index = 0; index < Players::kBuckets; ++index) {
+    const Revision revision = instance.player_revisions[index];
+    if (revision != kAbsent) ops.push_back(DeleteOp(PlayersKey(instance.number, index), revision));
+  }
+  const auto written = Write(ops);
   if (!written.ok()) return written.status();
   request_ids_.erase(instance.record.request_id());
   instances_.erase(instance.number);

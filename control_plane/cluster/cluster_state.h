@@ -13,6 +13,7 @@
 // Thread rule: none of its own. `store` outlives it. Entries stay where they are until they are removed.
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -28,6 +29,7 @@
 #include "control_plane/cluster/effects.h"
 #include "control_plane/control_records.pb.h"
 #include "control_plane/now.h"
+#include "control_plane/players.h"
 #include "control_plane/store.h"
 #include "control_plane/stored_records.h"
 #include "core/world/partition_map.h"
@@ -52,7 +54,8 @@ struct WorkerEntry {
   int missed = 0;  // heartbeats in a row that did not name it
 
   // Written by DesiredSets.
-  v1::WorkerOrder order;       // as last given out
+  v1::WorkerOrder order;       // as last given out, without the players
+  Players players;             // that went with it
   std::uint64_t ended_in = 0;  // revision of the first desired set that asks it to end; 0: none does
 
   // Written by Failovers.
@@ -95,8 +98,10 @@ struct HostEntry {
 
 struct InstanceEntry {
   std::uint64_t number = 0;
-  records::Instance record;
+  records::Instance record;  // without its players, who are beside it
   Revision revision = kAbsent;
+  Players players;
+  std::array<Revision, Players::kBuckets> player_revisions{};
   PartitionMap map;                  // as in the record
   net::SigningKey key;               // made from the record's seed
   std::vector<WorkerEntry> workers;  // as record.placements
@@ -124,8 +129,12 @@ struct InstanceEntry {
   bool over_checkpoint_quota = false;  // its last one was too large, and was not made
 
   // Written by Reconciler.
-  std::optional<records::Instance> told;  // the record that orders follow before it is stored: a failover's resolution.
-                                          // None once any record was stored
+  // What orders follow before it is stored: a failover's resolution. None once any record was stored.
+  struct Told {
+    records::Instance record;
+    Players players;
+  };
+  std::optional<Told> told;
   std::string unstored;                   // why its last step is not in the store; empty: it is
 
   std::string trouble;  // why its last step could not be taken; logged once
@@ -180,6 +189,9 @@ class ClusterState {
   absl::StatusOr<InstanceEntry*> AddInstance(records::Instance record, const Contents& contents);  // likewise
   // `contents`: files that `next` uses and the record before did not.
   absl::Status StoreInstance(InstanceEntry& instance, const records::Instance& next, const Contents& contents = {});
+  // The same, with its players in the same write.
+  absl::Status StoreWithPlayers(InstanceEntry& instance, const records::Instance& next, const Players& players,
+                                const Contents& contents = {});
   absl::Status RemoveInstance(const InstanceEntry& instance);
   // An instance that had ended needs its scene and game again. `contents` has all that it uses.
   absl::Status ReuseContents(const records::Instance& record, const Contents& contents);
@@ -236,6 +248,7 @@ class ClusterState {
   absl::StatusOr<Revision> WriteOne(const StoreOp& op);
   absl::StatusOr<Revision> WriteCounters();
   void Adopt(const StoredRecord<records::Instance>& stored);
+  absl::Status AdoptPlayers(InstanceEntry& instance, StoredPlayers stored);
   absl::Status AdoptContent(const std::string& key, const StoredContent& content);
   // The writes of those of `contents` that the store lacks.
   std::vector<StoreOp> PutMissing(const records::Instance& record, const Contents& contents) const;

@@ -81,6 +81,70 @@ TEST(ClusterStateTest, WhatIsKnownOfAWorkerStaysWhilePlacementsChangeAroundIt) {
   EXPECT_EQ(instance.workers[1].report.tick(), 77U);
 }
 
+records::StoredPlayer KnownPlayer(std::uint32_t number, const std::string& name) {
+  records::StoredPlayer known;
+  known.mutable_player()->set_number(number);
+  known.mutable_player()->set_name(name);
+  return known;
+}
+
+TEST(ClusterStateTest, OfThePlayersOnlyTheBucketsThatChangedAreWritten) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  InstanceEntry& instance = rig.AddRunning({&alpha});
+  Players players;
+  for (std::uint32_t number = 1; number <= 200; ++number) players.Put(KnownPlayer(number, "ann"));
+  ASSERT_TRUE(rig.state->StoreWithPlayers(instance, instance.record, players).ok());
+  EXPECT_EQ(rig.store.List("players/1/")->size(), Players::kBuckets);
+  const Revision before = rig.store.Get(PlayersKey(1, 8))->revision;
+  players.Put(KnownPlayer(7, "bob"));
+  rig.store.FailNext(1);
+  EXPECT_EQ(rig.state->StoreWithPlayers(instance, instance.record, players).code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(instance.players.Find(7)->player().name(), "ann") << "memory follows the store";
+  ASSERT_TRUE(rig.state->StoreWithPlayers(instance, instance.record, players).ok());
+  EXPECT_EQ(rig.store.Get(PlayersKey(1, 8))->revision, before);
+  EXPECT_GT(rig.store.Get(PlayersKey(1, 7))->revision, before);
+
+  auto again = ClusterState::Load(rig.store);
+  ASSERT_TRUE(again.ok()) << again.status();
+  InstanceEntry& loaded = (*again)->instance(1);
+  EXPECT_TRUE(loaded.players.SameAs(players));
+  Players fewer = loaded.players;
+  for (std::uint32_t number = 64; number <= 192; number += 64) fewer.Erase(number);
+  ASSERT_TRUE((*again)->StoreWithPlayers(loaded, loaded.record, fewer).ok());
+  EXPECT_EQ(rig.store.List("players/1/")->size(), Players::kBuckets - 1) << "an empty one is not stored";
+  ASSERT_TRUE((*again)->RemoveInstance(loaded).ok());
+  EXPECT_TRUE(rig.store.List("players/")->empty());
+}
+
+TEST(ClusterStateTest, PlayersOfAnEarlierReleaseAreTakenOutOfTheRecord) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  InstanceEntry& instance = rig.AddRunning({&alpha});
+  records::Instance old = instance.record;
+  for (const std::uint32_t number : {3, 5}) old.add_players()->set_number(number);
+  old.add_unseen_players(5);
+  ASSERT_TRUE(rig.store.Put(InstanceKey(1), old.SerializeAsString(), instance.revision).ok());
+  for (int life = 0; life < 2; ++life) {
+    auto again = ClusterState::Load(rig.store);
+    ASSERT_TRUE(again.ok()) << again.status();
+    const InstanceEntry& loaded = (*again)->instance(1);
+    ASSERT_EQ(loaded.players.size(), 2U);
+    EXPECT_FALSE(loaded.players.Find(3)->unseen());
+    EXPECT_TRUE(loaded.players.Find(5)->unseen());
+    EXPECT_TRUE(loaded.record.players().empty());
+  }
+}
+
+TEST(ClusterStateTest, ADamagedBucketOfPlayersIsNamed) {
+  for (const char* value : {"\xff", "no file"}) {
+    StateRig rig;
+    rig.AddRunning({&rig.AddHost("alpha")});
+    ASSERT_TRUE(rig.store.Put("players/1/7", value, kAbsent).ok());
+    EXPECT_THAT(ClusterState::Load(rig.store).status().ToString(), ::testing::HasSubstr("store: players/1/7"));
+  }
+}
+
 TEST(ClusterStateTest, ASceneGoesWithTheLastInstanceThatUsesIt) {
   StateRig rig;
   HostEntry& alpha = rig.AddHost("alpha");

@@ -35,11 +35,15 @@ std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
     if (instance.withdrawn || (!WantsWorkers(state) && !worker.reported)) continue;
     v1::WorkerOrder order = MakeOrder(instance, index, requests_of_(instance));
     order.set_revision(worker.order.revision());
-    if (worker.order.revision() == 0 || order.SerializeAsString() != worker.order.SerializeAsString()) {
+    const Players& players = PlayersOf(instance);
+    if (worker.order.revision() == 0 || !players.SameAs(worker.players) ||
+        order.SerializeAsString() != worker.order.SerializeAsString()) {
       order.set_revision(state_.NextRevision());
       worker.order = std::move(order);
+      worker.players = players;
     }
     *desired.add_workers() = worker.order;
+    AddPlayers(worker.players, *desired.mutable_workers()->rbegin());
   }
   // Whatever is not in the set is ended.
   for (const v1::WorkerOrder& unknown : host->record.unknown_workers()) *desired.add_workers() = unknown;

@@ -146,7 +146,12 @@ FailoverStep Failovers::CarryOn(const InstanceEntry& instance, std::uint32_t reg
 FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const std::string& why,
                               const CutBetween& cut, Now now) {
   const Told* const told = ToldIn(instance);
-  records::Instance record = told == nullptr ? instance.record : WithResolution(instance.record, told->resolution);
+  records::Instance record = instance.record;
+  std::optional<Players> players;
+  if (told != nullptr) {
+    record = WithResolution(instance.record, told->resolution);
+    players = WithNewSpawns(instance.players, instance.record, told->resolution);
+  }
   if (const std::vector<std::uint32_t> beyond = BeyondFailover(record, deaths); !beyond.empty()) {
     const bool has_standbys = record.map().regions_size() > 1;
     return {.given_up = has_standbys ? absl::StrCat(why, " (lost together with its standby: region ",
@@ -161,7 +166,7 @@ FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<D
   if (begun->has_failover() && !record.has_failover()) begun_at_[instance.number] = now.steady;
   if (begun->has_failover() && new_map) watches_[instance.number].Begin(*begun, LeasesOf(instance), now);
   const bool dropped_plan = !begun->has_failover();
-  return {.next = *std::move(begun), .dropped_plan = dropped_plan};
+  return {.next = *std::move(begun), .players = std::move(players), .dropped_plan = dropped_plan};
 }
 
 // --- 2. Inventory, 3. Resolve.
@@ -170,8 +175,11 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
   const records::Instance& record = instance.record;
   if (const Told* told = ToldIn(instance)) {  // a slow store holds up whatever comes after it
     records::Instance next = WithResolution(record, told->resolution);
-    if (!OrdersAreOut(instance) && now.steady - told->at < kOrdersPatience) return {.told = std::move(next)};
-    return {.next = std::move(next)};
+    Players players = WithNewSpawns(instance.players, record, told->resolution);
+    if (!OrdersAreOut(instance) && now.steady - told->at < kOrdersPatience) {
+      return {.told = std::move(next), .players = std::move(players)};
+    }
+    return {.next = std::move(next), .players = std::move(players)};
   }
   const FailoverWatch& watch = watches_[instance.number];
   if (const std::string waits_for = watch.WaitsFor(record, now); !waits_for.empty()) {
@@ -182,7 +190,8 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
   auto resolved = ResolveFailover(record, watch.inventories());
   if (!resolved.ok()) return {.given_up = std::string(resolved.status().message())};
   told_[instance.number] = {record.map().version(), now.steady, *resolved};
-  return {.told = WithResolution(record, *resolved)};
+  return {.told = WithResolution(record, *resolved),
+          .players = WithNewSpawns(instance.players, record, *resolved)};
 }
 
 // True if all hosts of the living that can be told have been.

@@ -32,6 +32,7 @@ namespace tessera::control {
 struct FailoverStep {
   std::optional<records::Instance> next = std::nullopt;  // to be stored
   std::optional<records::Instance> told = std::nullopt;  // orders follow it from now on; stored with the step after it
+  std::optional<Players> players = std::nullopt;         // with either; nothing: they stay
   bool dropped_plan = false;                             // `next` only gives up a planned map, as newcomers died
   std::string given_up = {};                             // why the world cannot go on from its workers; empty: it can
 };

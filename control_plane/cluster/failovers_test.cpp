@@ -19,10 +19,14 @@ const CutBetween kNoCuts = [](RegionId, RegionId) { return false; };
 class FailoversTest : public ::testing::Test {
  protected:
   // Stores the step as Cluster does. False: there was none.
-  bool Take(const FailoverStep& step) { return step.next && rig_.state->StoreInstance(instance_, *step.next).ok(); }
+  bool Take(const FailoverStep& step) {
+    const Players& players = step.players ? *step.players : instance_.players;
+    return step.next && rig_.state->StoreWithPlayers(instance_, *step.next, players).ok();
+  }
   // Tells it as Cluster does. False: there was nothing to tell.
   bool Tell(const FailoverStep& step) {
-    instance_.told = step.told;
+    instance_.told.reset();
+    if (step.told) instance_.told = {*step.told, step.players.value_or(instance_.players)};
     return step.told.has_value();
   }
   FailoverStep Next() { return failovers_.Next(instance_, kNoCuts, rig_.now); }

@@ -24,16 +24,18 @@ std::string MessageKey(std::uint64_t instance, std::uint64_t number) {
 }
 
 // The body that a message is for; 0: the world. NOT_FOUND names the field.
-absl::StatusOr<BodyId> TargetOf(const records::Instance& record, const v1::SendToGameRequest& request) {
+absl::StatusOr<BodyId> TargetOf(const InstanceEntry& instance, const v1::SendToGameRequest& request) {
+  const records::Instance& record = instance.record;
+  const auto has = [&](BodyId body) { return HasBody(record, instance.players, body); };
   switch (request.target_case()) {
     case v1::SendToGameRequest::kBody:
-      if (request.body() == 0 || !HasBody(record, BodyId(request.body()))) {
+      if (request.body() == 0 || !has(BodyId(request.body()))) {
         return absl::NotFoundError(absl::StrCat("body: ", record.id(), " has no body ", request.body(), " that moves"));
       }
       return BodyId(request.body());
     case v1::SendToGameRequest::kPlayer: {
       const BodyId body = PlayerBodyId(PlayerNumber(request.player()));
-      if (request.player() == 0 || !IsPlayerBody(body) || !HasBody(record, body)) {
+      if (request.player() == 0 || !IsPlayerBody(body) || !has(body)) {
         return absl::NotFoundError(absl::StrCat("player: ", record.id(), " has no player ", request.player()));
       }
       return body;
@@ -44,14 +46,14 @@ absl::StatusOr<BodyId> TargetOf(const records::Instance& record, const v1::SendT
   return BodyId();
 }
 
-absl::StatusOr<records::GameMessage> Checked(const records::Instance& record, const v1::SendToGameRequest& request) {
+absl::StatusOr<records::GameMessage> Checked(const InstanceEntry& instance, const v1::SendToGameRequest& request) {
   if (request.request_id().empty() || request.request_id().size() > kMaxRequestIdBytes) {
     return absl::InvalidArgumentError(absl::StrCat("request_id: must have 1 to ", kMaxRequestIdBytes, " bytes"));
   }
   if (request.name().empty() || request.name().size() > game::kMaxMessageNameBytes) {
     return absl::InvalidArgumentError(absl::StrCat("name: must have 1 to ", game::kMaxMessageNameBytes, " bytes"));
   }
-  const auto target = TargetOf(record, request);
+  const auto target = TargetOf(instance, request);
   if (!target.ok()) return target.status();
   const auto values = EncodeGameFields(request.values());
   if (!values.ok()) return values.status();
@@ -103,7 +105,7 @@ std::uint64_t GameMessages::Find(const InstanceEntry& instance, const std::strin
 
 absl::StatusOr<std::uint64_t> GameMessages::Add(InstanceEntry& instance, const v1::SendToGameRequest& request,
                                                 Now now) {
-  auto checked = Checked(instance.record, request);
+  auto checked = Checked(instance, request);
   if (!checked.ok()) return checked.status();
   Box& box = boxes_[instance.number];
   if (box.waiting >= kMaxGameMessages) {

@@ -20,10 +20,14 @@ class GameMessagesTest : public ::testing::Test {
     records::Instance next = instance_.record;
     next.add_bodies()->set_first(5);
     next.mutable_bodies(0)->set_last(5);
-    next.add_players()->set_number(2);
-    next.add_players()->set_number(3);
-    next.mutable_players(1)->set_left(true);
-    EXPECT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
+    Players players;
+    for (const std::uint32_t number : {2, 3}) {
+      records::StoredPlayer known;
+      known.mutable_player()->set_number(number);
+      known.mutable_player()->set_left(number == 3);
+      players.Put(known);
+    }
+    EXPECT_TRUE(rig_.state->StoreWithPlayers(instance_, next, players).ok());
   }
   v1::SendToGameRequest Gift(const std::string& request_id) const {
     v1::SendToGameRequest request;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/instance_record.h"
@@ -41,14 +42,6 @@ std::span<const std::uint8_t> BytesOf(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-// The place among the record's players of the one with this number; -1: it is not among them.
-int PlaceOf(const records::Instance& record, std::uint32_t number) {
-  const auto& players = record.players();
-  const auto player =
-      std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == number; });
-  return player == players.end() ? -1 : static_cast<int>(player - players.begin());
-}
-
 void SetTicket(const trust::Ticket& ticket, v1::Player& player) {
   player.set_player_id(ticket.player_id);
   for (const auto& [name, value] : ticket.properties) {
@@ -62,10 +55,13 @@ void SetTicket(const trust::Ticket& ticket, v1::Player& player) {
   }
 }
 
-// A worker has had a connection of the player, or the player has left: it is no more one of those who never came.
-void NoteSeen(std::uint32_t number, records::Instance& record) {
-  auto& unseen = *record.mutable_unseen_players();
-  unseen.erase(std::remove(unseen.begin(), unseen.end(), number), unseen.end());
+// The player has left: it is no more one of those who never came.
+void SetLeft(std::uint32_t number, const std::string& because, Players& players) {
+  players.Change(number, [&](records::StoredPlayer& known) {
+    known.mutable_player()->set_left(true);
+    if (!because.empty()) known.mutable_player()->set_ended_because(because);
+    known.set_unseen(false);
+  });
 }
 
 // The player of the credential. Everybody on the way sees the credential when it is presented to a region; its key
@@ -82,23 +78,21 @@ absl::StatusOr<std::uint32_t> PlayerOf(const InstanceEntry& instance, const std:
   return read->player.value();
 }
 
-// The place among the record's players of one that comes back; -1: a new one joins.
-absl::StatusOr<int> FindReturning(const InstanceEntry& instance, const v1::JoinInstanceRequest& request,
-                                  const trust::Ticket* ticket) {
-  if (ticket != nullptr) return PlaceOf(instance.record, FindPlayer(instance.record, ticket->player_id));
-  if (request.credential().empty()) return -1;
+// The number of one that comes back; 0: a new one joins.
+absl::StatusOr<std::uint32_t> FindReturning(const InstanceEntry& instance, const v1::JoinInstanceRequest& request,
+                                            const trust::Ticket* ticket) {
+  if (ticket != nullptr) return instance.players.FindId(ticket->player_id);
+  if (request.credential().empty()) return 0;
   const auto number = PlayerOf(instance, request.credential(), request.credential_key());
   if (!number.ok()) return number.status();
-  const auto& players = instance.record.players();
-  const auto player =
-      std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
-  if (player != players.end() && !player->ended_because().empty()) {
-    return absl::AbortedError(player->ended_because());
+  const records::StoredPlayer* known = instance.players.Find(*number);
+  if (known != nullptr && !known->player().ended_because().empty()) {
+    return absl::AbortedError(known->player().ended_because());
   }
-  if (player == players.end() || player->left()) {
+  if (known == nullptr || known->player().left()) {
     return absl::FailedPreconditionError(absl::StrCat("credential: player ", *number, " has left for good"));
   }
-  return static_cast<int>(player - players.begin());
+  return *number;
 }
 
 v1::JoinInstanceResponse Admit(const InstanceEntry& instance, PlayerNumber player, net::Generation generation) {
@@ -127,14 +121,15 @@ v1::JoinInstanceResponse Admit(const InstanceEntry& instance, PlayerNumber playe
 // Nothing is kept of it, so numbers are drawn: with so many, two viewers of one world never have the same.
 PlayerNumber DrawViewer() { return PlayerNumber(kFirstViewer + randombytes_uniform(kFirstViewer)); }
 
-// Players with a connection to any worker. A host that is silent may well serve its players still: its last report
-// counts.
-std::set<std::uint32_t> Connected(const InstanceEntry& instance) {
-  std::set<std::uint32_t> connected;
+// Players with a connection to any worker, ascending. A host that is silent may well serve its players still: its last
+// report counts.
+std::vector<std::uint32_t> Connected(const InstanceEntry& instance) {
+  std::vector<std::uint32_t> connected;
   for (const WorkerEntry& worker : instance.workers) {
     const auto& players = worker.report.connected_players();
-    if (!worker.gone) connected.insert(players.begin(), players.end());
+    if (!worker.gone) connected.insert(connected.end(), players.begin(), players.end());
   }
+  std::sort(connected.begin(), connected.end());
   return connected;
 }
 
@@ -142,10 +137,11 @@ std::set<std::uint32_t> Connected(const InstanceEntry& instance) {
 
 // --- Joining.
 
-absl::Status CheckRoom(const records::Instance& record) {
-  const int present = PlayersPresent(record);
-  if (present < static_cast<int>(kMaxPlayers)) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat("instance_id: ", record.id(), " is full: ", present, " players"));
+absl::Status CheckRoom(const InstanceEntry& instance) {
+  const std::size_t present = instance.players.present();
+  if (present < MaxPlayersOf(instance.record)) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("instance_id: ", instance.record.id(), " is full: ", present, " players"));
 }
 
 absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstanceRequest& request) {
@@ -157,7 +153,7 @@ absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstance
   }
   if (absl::Status status = CheckOpen(instance->record, request.viewer()); !status.ok()) return status;
   if (!request.viewer() && request.credential().empty() && request.ticket().empty()) {
-    if (absl::Status status = CheckRoom(instance->record); !status.ok()) return status;
+    if (absl::Status status = CheckRoom(*instance); !status.ok()) return status;
   }
   if (!request.viewer()) ++known_[instance->number].waiting;
   return instance;
@@ -182,12 +178,12 @@ absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& requ
   }
   InstanceEntry& instance = *state_.FindInstance(request.instance_id());
   if (request.viewer()) return Joined{.response = Admit(instance, DrawViewer(), kFirstGeneration)};
-  const absl::StatusOr<int> returns = FindReturning(instance, request, ticket);
+  const absl::StatusOr<std::uint32_t> returns = FindReturning(instance, request, ticket);
   if (!returns.ok()) return returns.status();
   Joined joined;
-  if (*returns < 0) joined.mark = state_.last_revision();  // any order made from here on names the player
+  if (*returns == 0) joined.mark = state_.last_revision();  // any order made from here on names the player
   const std::string& name = ticket == nullptr ? request.player_name() : ticket->name;
-  const absl::StatusOr<v1::Player> player = *returns < 0 ? Add(instance, name, ticket) : Return(instance, *returns);
+  const absl::StatusOr<v1::Player> player = *returns == 0 ? Add(instance, name, ticket) : Return(instance, *returns);
   if (!player.ok()) return player.status();
   joined.response = Admit(instance, PlayerNumber(player->number()), net::Generation(player->generation()));
   return joined;
@@ -195,32 +191,36 @@ absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& requ
 
 absl::StatusOr<v1::Player> InstancePlayers::Add(InstanceEntry& instance, const std::string& name,
                                                 const trust::Ticket* ticket) {
-  if (absl::Status status = CheckRoom(instance.record); !status.ok()) return status;
+  if (absl::Status status = CheckRoom(instance); !status.ok()) return status;
   records::Instance next = instance.record;
   const std::uint32_t number = next.last_player() + 1;
   next.set_last_player(number);
-  v1::Player& player = *next.add_players();
+  records::StoredPlayer joins;
+  joins.set_unseen(true);
+  v1::Player& player = *joins.mutable_player();
   player.set_number(number);
   player.set_name(name);
   player.set_generation(kFirstGeneration.value());
   player.set_spawn_region(SpawnRegionOf(number, next, instance.map));
   if (ticket != nullptr) SetTicket(*ticket, player);
-  next.add_unseen_players(number);
-  if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
+  Players players = instance.players;
+  players.Put(joins);
+  if (absl::Status status = Store(instance, next, players); !status.ok()) return status;
   return player;
 }
 
 // It is the player that it was, of a higher generation: the regions end the connections of a lower one.
-absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, int index) {
-  records::Instance next = instance.record;
-  v1::Player& player = *next.mutable_players(index);
-  player.set_generation(player.generation() + 1);
-  if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
-  return player;
+absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, std::uint32_t number) {
+  Players players = instance.players;
+  players.Change(number, [](records::StoredPlayer& known) {
+    known.mutable_player()->set_generation(known.player().generation() + 1);
+  });
+  if (absl::Status status = Store(instance, instance.record, players); !status.ok()) return status;
+  return instance.players.Find(number)->player();
 }
 
-absl::Status InstancePlayers::StorePlayers(InstanceEntry& instance, const records::Instance& next) {
-  if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) return status;
+absl::Status InstancePlayers::Store(InstanceEntry& instance, const records::Instance& next, const Players& players) {
+  if (absl::Status status = state_.StoreWithPlayers(instance, next, players); !status.ok()) return status;
   state_.MarkOrders(instance);
   state_.MarkChanged(instance);
   return absl::OkStatus();
@@ -233,30 +233,24 @@ absl::Status InstancePlayers::Leave(const v1::LeaveInstanceRequest& request, Now
   if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
   const auto number = PlayerOf(*instance, request.credential(), request.credential_key());
   if (!number.ok()) return number.status();
-  records::Instance next = instance->record;
-  auto& players = *next.mutable_players();
-  const auto player =
-      std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
-  if (player == players.end() || player->left()) return absl::OkStatus();  // has left already
-  player->set_left(true);
-  NoteSeen(*number, next);
-  if (absl::Status status = StorePlayers(*instance, next); !status.ok()) return status;
+  const records::StoredPlayer* known = instance->players.Find(*number);
+  if (known == nullptr || known->player().left()) return absl::OkStatus();  // has left already
+  Players players = instance->players;
+  SetLeft(*number, "", players);
+  if (absl::Status status = Store(*instance, instance->record, players); !status.ok()) return status;
   known_[instance->number].left[*number] = {state_.last_revision(), now.steady};
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::uint32_t> InstancePlayers::Kick(InstanceEntry& instance, std::uint32_t number,
                                                     const std::string& reason, Now now) {
-  const int place = PlaceOf(instance.record, number);
-  if (place < 0 || instance.record.players(place).left()) {
+  const records::StoredPlayer* known = instance.players.Find(number);
+  if (known == nullptr || known->player().left()) {
     return absl::NotFoundError(absl::StrCat("player: ", instance.record.id(), " has no player ", number));
   }
-  records::Instance next = instance.record;
-  v1::Player& player = *next.mutable_players(place);
-  player.set_left(true);
-  player.set_ended_because(reason);
-  NoteSeen(number, next);
-  if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
+  Players players = instance.players;
+  SetLeft(number, reason, players);
+  if (absl::Status status = Store(instance, instance.record, players); !status.ok()) return status;
   known_[instance.number].left[number] = {state_.last_revision(), now.steady};
   state_.Log(absl::StrCat("player kicked id=", instance.record.id(), " player=", number, " reason=", reason));
   return number;
@@ -264,21 +258,17 @@ absl::StatusOr<std::uint32_t> InstancePlayers::Kick(InstanceEntry& instance, std
 
 void InstancePlayers::TakeEnded(InstanceEntry& instance, const v1::WorkerReport& report, Now now) {
   if (report.ended_players().empty()) return;
-  std::optional<records::Instance> next;
+  Players players = instance.players;
   for (const v1::EndedPlayer& ended : report.ended_players()) {
-    const auto& players = instance.record.players();
-    const auto known =
-        std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == ended.player(); });
-    if (known == players.end() || known->left()) continue;
-    if (!next) next = instance.record;
-    v1::Player& player = *next->mutable_players(static_cast<int>(known - players.begin()));
-    player.set_left(true);
-    player.set_ended_because(ValidUtf8(OneLine(ended.reason(), kMaxEndReasonBytes)));
-    NoteSeen(ended.player(), *next);
+    const records::StoredPlayer* known = players.Find(ended.player());
+    if (known == nullptr || known->player().left()) continue;
+    const std::string reason = ValidUtf8(OneLine(ended.reason(), kMaxEndReasonBytes));
+    SetLeft(ended.player(), reason, players);
     state_.Log(absl::StrCat("player ended by the game id=", instance.record.id(), " player=", ended.player(),
-                            " reason=", player.ended_because()));
+                            " reason=", reason));
   }
-  if (!next || !state_.StoreInstance(instance, *next).ok()) return;  // the next report says it again
+  if (players.BucketsUnlike(instance.players).empty()) return;
+  if (!state_.StoreWithPlayers(instance, instance.record, players).ok()) return;  // the next report says it again
   for (const v1::EndedPlayer& ended : report.ended_players()) {
     known_[instance.number].left.try_emplace(ended.player(), Left{state_.last_revision(), now.steady});
   }
@@ -286,80 +276,76 @@ void InstancePlayers::TakeEnded(InstanceEntry& instance, const v1::WorkerReport&
   state_.MarkChanged(instance);
 }
 
-std::optional<records::Instance> InstancePlayers::NextVanished(const InstanceEntry& instance, Now now) {
-  const records::Instance& record = instance.record;
-  const bool parks = record.leaver_policy() == v1::LEAVER_POLICY_PARK;
-  const bool removes = record.leaver_policy() == v1::LEAVER_POLICY_REMOVE;
-  if (!parks && !removes && record.unseen_players().empty()) return std::nullopt;
-  const std::chrono::milliseconds grace(record.leaver_grace_ms());
-  const std::set<std::uint32_t> connected = Connected(instance);
-  const std::set<std::uint32_t> never_seen(record.unseen_players().begin(), record.unseen_players().end());
+std::optional<Players> InstancePlayers::NextVanished(const InstanceEntry& instance, Now now) {
+  const bool parks = instance.record.leaver_policy() == v1::LEAVER_POLICY_PARK;
+  const bool removes = instance.record.leaver_policy() == v1::LEAVER_POLICY_REMOVE;
+  const std::chrono::milliseconds grace(instance.record.leaver_grace_ms());
+  const std::vector<std::uint32_t> connected = Connected(instance);
   Known& known = known_[instance.number];
-  std::optional<records::Instance> next;
-  const auto changed = [&]() -> records::Instance& { return next ? *next : next.emplace(record); };
-  for (int i = 0; i < record.players_size(); ++i) {
-    const v1::Player& player = record.players(i);
+  Players next = instance.players;
+  instance.players.ForEach([&](const records::StoredPlayer& stored) {
+    const v1::Player& player = stored.player();
     const std::uint32_t number = player.number();
-    const bool never = never_seen.contains(number);
-    if (player.left() || connected.contains(number)) {
+    if (player.left() || std::binary_search(connected.begin(), connected.end(), number)) {
       known.unseen.erase(number);
-      if (never) NoteSeen(number, changed());
-      if (!player.left() && parks && player.parked()) {
-        changed().mutable_players(i)->set_parked(false);
-        LogFate(record, number, "back");
-      }
-      continue;
+      const bool back = !player.left() && parks && player.parked();
+      if (!stored.unseen() && !back) return;
+      next.Change(number, [&](records::StoredPlayer& seen) {
+        seen.set_unseen(false);
+        if (back) seen.mutable_player()->set_parked(false);
+      });
+      if (back) LogFate(instance, number, "back");
+      return;
     }
+    if (!parks && !removes && !stored.unseen()) return;
     const Steady away = now.steady - known.unseen.try_emplace(number, now.steady).first->second;
-    const bool let_go = (removes && away >= grace) || (never && away >= std::max(grace, kFirstConnectionGrace));
-    if (let_go) {
-      changed().mutable_players(i)->set_left(true);
-      NoteSeen(number, changed());
+    const bool never = stored.unseen();
+    if ((removes && away >= grace) || (never && away >= std::max(grace, kFirstConnectionGrace))) {
+      SetLeft(number, "", next);
       known.left[number] = {state_.last_revision(), now.steady};
-      LogFate(record, number, never ? "never came" : "removed");
+      LogFate(instance, number, never ? "never came" : "removed");
     } else if (parks && !player.parked() && away >= grace) {
-      changed().mutable_players(i)->set_parked(true);
-      LogFate(record, number, "parked");
+      next.Change(number, [](records::StoredPlayer& away) { away.mutable_player()->set_parked(true); });
+      LogFate(instance, number, "parked");
     }
-  }
+  });
+  if (next.BucketsUnlike(instance.players).empty()) return std::nullopt;
   return next;
 }
 
-void InstancePlayers::LogFate(const records::Instance& record, std::uint32_t player, const char* fate) {
-  state_.Log(absl::StrCat("player ", fate, " id=", record.id(), " player=", player));
+void InstancePlayers::LogFate(const InstanceEntry& instance, std::uint32_t player, const char* fate) {
+  state_.Log(absl::StrCat("player ", fate, " id=", instance.record.id(), " player=", player));
 }
 
 void InstancePlayers::Prune(InstanceEntry& instance, Now now) {
   Known& known = known_[instance.number];
-  std::set<std::uint32_t> forgotten;
-  for (const v1::Player& player : instance.record.players()) {
-    if (!player.left()) continue;
+  std::vector<std::uint32_t> forgotten;
+  instance.players.ForEach([&](const records::StoredPlayer& stored) {
+    const v1::Player& player = stored.player();
+    if (!player.left()) return;
     // After a restart it is not known since when: from now on, then.
     const Left& left = known.left.try_emplace(player.number(), Left{state_.last_revision(), now.steady}).first->second;
     if (now.steady - left.since > settings_.keep_left_players && AllKnow(state_, instance.record.id(), left.mark)) {
-      forgotten.insert(player.number());
+      forgotten.push_back(player.number());
     }
-  }
+  });
   if (forgotten.empty()) return;
-  records::Instance next = instance.record;
-  auto& players = *next.mutable_players();
-  players.erase(std::remove_if(players.begin(), players.end(),
-                               [&](const v1::Player& p) { return forgotten.contains(p.number()); }),
-                players.end());
-  if (!state_.StoreInstance(instance, next).ok()) return;
+  Players next = instance.players;
+  for (const std::uint32_t number : forgotten) next.Erase(number);
+  if (!state_.StoreWithPlayers(instance, instance.record, next).ok()) return;
   for (const std::uint32_t number : forgotten) known.left.erase(number);
   state_.MarkOrders(instance);
 }
 
 // --- Reading.
 
-absl::StatusOr<std::string> PlayerIdOf(const records::Instance& record, std::uint32_t number) {
-  const int place = PlaceOf(record, number);
-  if (place < 0) return absl::NotFoundError(absl::StrCat("player: ", record.id(), " has no player ", number));
-  const std::string& id = record.players(place).player_id();
-  if (!id.empty()) return id;
+absl::StatusOr<std::string> PlayerIdOf(const InstanceEntry& instance, std::uint32_t number) {
+  const records::StoredPlayer* known = instance.players.Find(number);
+  const std::string& of = instance.record.id();
+  if (known == nullptr) return absl::NotFoundError(absl::StrCat("player: ", of, " has no player ", number));
+  if (!known->player().player_id().empty()) return known->player().player_id();
   return absl::FailedPreconditionError(
-      absl::StrCat("player: ", number, " of ", record.id(), " is a guest, who has no id; kick it, or take no guests"));
+      absl::StrCat("player: ", number, " of ", of, " is a guest, who has no id; kick it, or take no guests"));
 }
 
 absl::Status CheckGuest(const records::Instance& record, const v1::JoinInstanceRequest& request, bool stranger) {
@@ -369,13 +355,6 @@ absl::Status CheckGuest(const records::Instance& record, const v1::JoinInstanceR
   }
   if (!record.no_guests() || !request.credential().empty() || (request.viewer() && !stranger)) return absl::OkStatus();
   return absl::UnauthenticatedError("ticket: this instance takes no guests: a ticket is needed");
-}
-
-std::uint32_t FindPlayer(const records::Instance& record, const std::string& player_id) {
-  for (const v1::Player& player : record.players()) {
-    if (!player.left() && !player_id.empty() && player.player_id() == player_id) return player.number();
-  }
-  return 0;
 }
 
 absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id, bool viewer) {
@@ -395,15 +374,16 @@ bool AllKnow(const ClusterState& state, const std::string& instance_id, std::uin
 }
 
 int ConnectedEverywhere(const InstanceEntry& instance) {
-  const auto everywhere = [&instance](const v1::Player& player) {
-    return !player.left() &&
-           std::all_of(instance.workers.begin(), instance.workers.end(), [&player](const WorkerEntry& worker) {
-             const auto& connected = worker.report.connected_players();
-             return std::find(connected.begin(), connected.end(), player.number()) != connected.end();
-           });
-  };
-  const auto& players = instance.record.players();
-  return static_cast<int>(std::count_if(players.begin(), players.end(), everywhere));
+  std::vector<std::uint32_t> everywhere;
+  instance.players.ForEach([&](const records::StoredPlayer& known) {
+    if (!known.player().left()) everywhere.push_back(known.player().number());
+  });
+  for (const WorkerEntry& worker : instance.workers) {
+    const std::set<std::uint32_t> here(worker.report.connected_players().begin(),
+                                       worker.report.connected_players().end());
+    std::erase_if(everywhere, [&](std::uint32_t number) { return !here.contains(number); });
+  }
+  return static_cast<int>(everywhere.size());
 }
 
 }  // namespace tessera::control

@@ -52,10 +52,10 @@ class InstancePlayers {
   // A worker reports whom the game has refused or kicked: they have left. Repeating it is fine.
   void TakeEnded(InstanceEntry& instance, const v1::WorkerReport& report, Now now);
 
-  // The next record of a RUNNING instance whose players vanished or came back, by its policy; nothing if nobody did.
+  // The next players of a RUNNING instance of which some vanished or came back, by its policy; nothing if nobody did.
   // A player who never was connected has left after the grace whatever the policy. A grace counts from when the last
   // connection was seen; in a new life of the control plane, from its beginning.
-  std::optional<records::Instance> NextVanished(const InstanceEntry& instance, Now now);
+  std::optional<Players> NextVanished(const InstanceEntry& instance, Now now);
   // Time passes: forgets players who left, so that a world with much coming and going stays small.
   void Prune(InstanceEntry& instance, Now now);
 
@@ -72,9 +72,9 @@ class InstancePlayers {
   };
 
   absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name, const trust::Ticket* ticket);
-  absl::StatusOr<v1::Player> Return(InstanceEntry& instance, int index);
-  void LogFate(const records::Instance& record, std::uint32_t player, const char* fate);
-  absl::Status StorePlayers(InstanceEntry& instance, const records::Instance& next);
+  absl::StatusOr<v1::Player> Return(InstanceEntry& instance, std::uint32_t number);
+  void LogFate(const InstanceEntry& instance, std::uint32_t player, const char* fate);
+  absl::Status Store(InstanceEntry& instance, const records::Instance& next, const Players& players);
 
   ClusterState& state_;
   ControlSettings settings_;
@@ -85,11 +85,9 @@ class InstancePlayers {
 // or it is a viewer's and not a stranger's. INVALID_ARGUMENT: it shows a ticket, and what does not go with one.
 absl::Status CheckGuest(const records::Instance& record, const v1::JoinInstanceRequest& request, bool stranger);
 // RESOURCE_EXHAUSTED unless there is room for one more. Who comes back has a place.
-absl::Status CheckRoom(const records::Instance& record);
-// The number of the player who is there, by the id of its ticket; 0: none.
-std::uint32_t FindPlayer(const records::Instance& record, const std::string& player_id);
+absl::Status CheckRoom(const InstanceEntry& instance);
 // The id of the player with this number. NOT_FOUND: it is not there; FAILED_PRECONDITION: it is a guest, and has none.
-absl::StatusOr<std::string> PlayerIdOf(const records::Instance& record, std::uint32_t number);
+absl::StatusOr<std::string> PlayerIdOf(const InstanceEntry& instance, std::uint32_t number);
 
 // False: not all workers are bound yet. An error: it will never be.
 absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id, bool viewer = false);

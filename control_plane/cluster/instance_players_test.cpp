@@ -35,8 +35,9 @@ class PlayersTest : public ::testing::Test {
   }
   bool TakeVanished() {
     const auto next = players_.NextVanished(instance_, rig_.now);
-    return next && rig_.state->StoreInstance(instance_, *next).ok();
+    return next && rig_.state->StoreWithPlayers(instance_, instance_.record, *next).ok();
   }
+  const v1::Player& PlayerAt(std::uint32_t number) const { return instance_.players.Find(number)->player(); }
 
   StateRig rig_;
   HostEntry& alpha_ = rig_.AddHost("alpha");
@@ -49,12 +50,12 @@ TEST_F(PlayersTest, AJoinIsStoredBeforeAnyOrderNamesThePlayer) {
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_.record.id());
   EXPECT_EQ(players_.Join(request).status().code(), absl::StatusCode::kUnavailable);
-  EXPECT_EQ(instance_.record.players_size(), 0);
+  EXPECT_EQ(instance_.players.size(), 0U);
   EXPECT_FALSE(alpha_.desired_changed);
   EXPECT_EQ(Join().player(), 1U);
   EXPECT_EQ(Join().player(), 2U);
   EXPECT_TRUE(alpha_.desired_changed);
-  EXPECT_EQ(instance_.record.players_size(), 2);
+  EXPECT_EQ(instance_.players.size(), 2U);
 }
 
 TEST_F(PlayersTest, ABadNameIsRefusedByItsField) {
@@ -82,12 +83,12 @@ TEST_F(PlayersTest, WhoIsSentAwayByTheGameHasLeftAndReadsWhy) {
   ended(99, "nobody");
   rig_.store.FailNext(1);
   players_.TakeEnded(instance_, report, rig_.now);
-  EXPECT_FALSE(instance_.record.players(0).left()) << "the next report says it again";
+  EXPECT_FALSE(PlayerAt(1).left()) << "the next report says it again";
   players_.TakeEnded(instance_, report, rig_.now);
   players_.TakeEnded(instance_, report, rig_.now);
-  EXPECT_TRUE(instance_.record.players(0).left());
-  EXPECT_EQ(instance_.record.players(0).ended_because(), "you were idle");
-  EXPECT_FALSE(instance_.record.players(1).left());
+  EXPECT_TRUE(PlayerAt(1).left());
+  EXPECT_EQ(PlayerAt(1).ended_because(), "you were idle");
+  EXPECT_FALSE(PlayerAt(2).left());
   v1::JoinInstanceRequest back;
   back.set_instance_id(instance_.record.id());
   back.set_credential(joined.credential());
@@ -99,13 +100,13 @@ TEST_F(PlayersTest, WhoHasLeftIsKeptUntilAllWorkersKnowAndThenForgotten) {
   const auto joined = Join();
   ASSERT_TRUE(Leave(joined).ok());
   EXPECT_TRUE(Leave(joined).ok()) << "again";
-  EXPECT_TRUE(instance_.record.players(0).left());
+  EXPECT_TRUE(PlayerAt(1).left());
   rig_.Pass(rig_.settings.keep_left_players + milliseconds(1));
   players_.Prune(instance_, rig_.now);
-  EXPECT_EQ(instance_.record.players_size(), 1) << "no worker has heard";
+  EXPECT_EQ(instance_.players.size(), 1U) << "no worker has heard";
   for (WorkerEntry& worker : instance_.workers) worker.report.set_order_revision(rig_.state->NextRevision());
   players_.Prune(instance_, rig_.now);
-  EXPECT_EQ(instance_.record.players_size(), 0);
+  EXPECT_EQ(instance_.players.size(), 0U);
   EXPECT_EQ(Join().player(), 2U) << "a number is not given twice";
 }
 
@@ -115,11 +116,11 @@ TEST_F(PlayersTest, WhoVanishesIsParkedAfterTheGraceAndBackWithAConnection) {
   EXPECT_FALSE(TakeVanished());
   rig_.Pass(seconds(10));
   ASSERT_TRUE(TakeVanished());
-  EXPECT_TRUE(instance_.record.players(0).parked());
+  EXPECT_TRUE(PlayerAt(1).parked());
   EXPECT_FALSE(TakeVanished());
   instance_.workers[1].report.add_connected_players(1);
   ASSERT_TRUE(TakeVanished());
-  EXPECT_FALSE(instance_.record.players(0).parked());
+  EXPECT_FALSE(PlayerAt(1).parked());
 }
 
 TEST_F(PlayersTest, WhoVanishesIsRemovedOrStaysByTheInstancesPolicy) {
@@ -131,7 +132,7 @@ TEST_F(PlayersTest, WhoVanishesIsRemovedOrStaysByTheInstancesPolicy) {
   EXPECT_FALSE(TakeVanished());
   rig_.Pass(seconds(10));
   ASSERT_TRUE(TakeVanished());
-  EXPECT_TRUE(instance_.record.players(0).left());
+  EXPECT_TRUE(PlayerAt(1).left());
 }
 
 TEST_F(PlayersTest, AViewerIsNeitherStoredNorCountedNorOrdered) {
@@ -145,7 +146,7 @@ TEST_F(PlayersTest, AViewerIsNeitherStoredNorCountedNorOrdered) {
   EXPECT_GE(first->response.player(), std::uint32_t{1} << 31);
   EXPECT_NE(first->response.player(), second->response.player());
   EXPECT_FALSE(first->response.credential().empty());
-  EXPECT_EQ(instance_.record.players_size(), 0);
+  EXPECT_EQ(instance_.players.size(), 0U);
   EXPECT_FALSE(alpha_.desired_changed);
   EXPECT_TRUE(Leave(first->response).ok()) << "it is no more than not there";
   EXPECT_EQ(Join().player(), 1U);

@@ -53,7 +53,7 @@ void SetInitialState(const records::Instance& record, const records::Placement& 
 }  // namespace
 
 v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, const Requests& requests) {
-  const records::Instance& record = instance.told ? *instance.told : instance.record;
+  const records::Instance& record = instance.told ? instance.told->record : instance.record;
   const records::Placement& placement = record.placements(static_cast<int>(index));
   v1::WorkerOrder order;
   order.set_instance_id(record.id());
@@ -72,16 +72,11 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   for (const WorkerEntry& peer : instance.workers) {
     if (peer.region != placement.region() && peer.bound()) *order.add_peers() = peer.report.address();
   }
-  *order.mutable_players() = record.players();
-  for (v1::Player& player : *order.mutable_players()) {
-    player.clear_player_id();  // hosts need not know who plays
-    // The region that makes the body needs them, and no other: orders of all regions would grow by them.
-    if (player.spawn_region() != placement.region()) player.clear_properties();
-  }
   order.set_run(record.run());
   order.set_stop(!WantsWorkers(record.state()));
   order.set_snapshot_rate_hz(record.snapshot_rate_hz());
   order.set_expected_players(record.expected_players());
+  order.set_max_players(MaxPlayersOf(record));
   *order.mutable_borders() = record.borders();
   order.set_region_threads(RegionThreadsOf(record));
   order.set_joins_running(placement.joins());
@@ -100,6 +95,27 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   order.set_published_up_to(requests.published_up_to);
   SetInitialState(record, placement, order);
   return order;
+}
+
+const Players& PlayersOf(const InstanceEntry& instance) {
+  return instance.told ? instance.told->players : instance.players;
+}
+
+void AddPlayers(const Players& players, v1::WorkerOrder& order) {
+  order.mutable_players()->Reserve(static_cast<int>(players.size()));
+  for (const records::StoredPlayer* known : players.All()) {
+    const v1::Player& player = known->player();
+    v1::Player& named = *order.add_players();
+    named.set_number(player.number());
+    named.set_generation(player.generation());
+    named.set_spawn_region(player.spawn_region());
+    named.set_left(player.left());
+    named.set_parked(player.parked());
+    named.set_ended_because(player.ended_because());
+    if (player.spawn_region() != order.region()) continue;
+    named.set_name(player.name());
+    *named.mutable_properties() = player.properties();
+  }
 }
 
 }  // namespace tessera::control

@@ -13,13 +13,14 @@ namespace tessera::control {
 namespace {
 
 // As far as can be checked here.
-absl::Status CheckChange(const records::Instance& record, const v1::SetPropertyRequest& request) {
+absl::Status CheckChange(const InstanceEntry& instance, const v1::SetPropertyRequest& request) {
+  const records::Instance& record = instance.record;
   const bool world = request.body() == 0;
   if (world && record.game_name().empty()) {
     return absl::FailedPreconditionError(
         absl::StrCat("body: ", record.id(), " runs no game, and the world has properties for its game alone"));
   }
-  if (!world && !HasBody(record, BodyId(request.body()))) {
+  if (!world && !HasBody(record, instance.players, BodyId(request.body()))) {
     return absl::NotFoundError(absl::StrCat("body: ", record.id(), " has no dynamic body ", request.body()));
   }
   const auto& all = world ? record.world_properties() : record.properties();
@@ -40,7 +41,7 @@ absl::Status CheckChange(const records::Instance& record, const v1::SetPropertyR
 }  // namespace
 
 absl::StatusOr<std::uint64_t> PropertyChanges::Add(InstanceEntry& instance, const v1::SetPropertyRequest& request) {
-  if (absl::Status status = CheckChange(instance.record, request); !status.ok()) return status;
+  if (absl::Status status = CheckChange(instance, request); !status.ok()) return status;
   std::vector<Pending>& pending = pending_[instance.number];
   if (pending.size() >= kMaxPropertyChanges) {
     return absl::ResourceExhaustedError(

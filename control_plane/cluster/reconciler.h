@@ -38,9 +38,18 @@ class Reconciler {
   absl::Status Enter(Now now, InstanceEntry& instance, const records::Instance& next);
 
  private:
-  // The record after one step; nothing if there is none to take.
-  std::optional<records::Instance> NextRecord(Now now, InstanceEntry& instance);
-  std::optional<records::Instance> NextFailoverOrChange(Now now, InstanceEntry& instance);
+  // What an instance is after one step.
+  struct Step {
+    Step(records::Instance next) : record(std::move(next)) {}  // NOLINT(google-explicit-constructor): most are this
+    Step(records::Instance next, std::optional<Players> with) : record(std::move(next)), players(std::move(with)) {}
+    records::Instance record;
+    std::optional<Players> players;  // nothing: they stay
+  };
+
+  absl::Status Enter(Now now, InstanceEntry& instance, const Step& step);
+  // Nothing if there is none to take.
+  std::optional<Step> NextStep(Now now, InstanceEntry& instance);
+  std::optional<Step> NextFailoverOrChange(Now now, InstanceEntry& instance);
 
   ClusterState& state_;
   SteppingParts parts_;

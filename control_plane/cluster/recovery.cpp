@@ -120,7 +120,7 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
     if (instance.record.has_movement()) *next.mutable_movement() = instance.record.movement();
   }
   AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
-  return state_.StoreInstance(instance, next);
+  return state_.StoreWithPlayers(instance, next, AdoptPlayers(instance.players, orders));
 }
 
 absl::Status Recovery::EndUnlessItRuns(InstanceEntry& instance, Now now) {

@@ -129,7 +129,8 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_ticks_per_second(PaceOf(record));
   view.set_regions(static_cast<std::uint32_t>(record.placements_size()));
   view.set_expected_players(record.expected_players());
-  view.set_players(static_cast<std::uint32_t>(PlayersPresent(record)));
+  view.set_max_players(MaxPlayersOf(record));
+  view.set_players(static_cast<std::uint32_t>(instance.players.present()));
   view.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *view.mutable_borders() = record.borders();
   view.set_region_threads(RegionThreadsOf(record));
@@ -157,7 +158,7 @@ v1::Instance ViewOf(const ClusterState& state, const InstanceEntry& instance) {
   *view.mutable_events() = record.events();
   *view.mutable_checkpoints() = record.checkpoints();
   *view.mutable_map() = record.map();
-  *view.mutable_player_list() = record.players();
+  for (const records::StoredPlayer* known : instance.players.All()) *view.add_player_list() = known->player();
   *view.mutable_properties() = record.properties();
   AddWorldProperties(instance, view);
   AddRegions(state, instance, view);

@@ -17,8 +17,9 @@ inline constexpr std::size_t kMaxJoints = 1'000'000;
 inline constexpr std::size_t kMaxKinds = 256, kMaxKindLength = 32;
 // Collision layers of a scene, and the bytes of a layer's name. A set of layers is a mask of 32 bits.
 inline constexpr std::size_t kMaxLayers = 32, kMaxLayerLength = 32;
-// Players of one instance; one ENet host serves at most 4095 peers.
-inline constexpr std::uint32_t kMaxPlayers = 1024;
+// Players of one instance, and how many it takes unless told. Each order names all of them, and a region's ENet host,
+// which looks at the places of all its peers in every tick, has at most 4095.
+inline constexpr std::uint32_t kMaxPlayers = 10'000, kUsualPlayers = 1024;
 // Steps a second. Below 10 stacks fall; above 240 float positions lose the increments of slow bodies.
 inline constexpr std::uint32_t kMinTickRateHz = 10, kMaxTickRateHz = 240;
 // Furthest coordinate, m. Doubles resolve 2 nm here.

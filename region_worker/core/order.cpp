@@ -56,9 +56,13 @@ absl::Status ReadRevoked(const v1::WorkerOrder& message, Order& order) {
 }
 
 absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
+  order.players.reserve(static_cast<std::size_t>(message.players_size()));
   for (int i = 0; i < message.players_size(); ++i) {
     const v1::Player& player = message.players(i);
     if (player.number() == 0) return absl::InvalidArgumentError(absl::StrCat("players[", i, "].number: 0"));
+    if (i > 0 && player.number() <= message.players(i - 1).number()) {
+      return absl::InvalidArgumentError(absl::StrCat("players[", i, "].number: ", player.number(), " does not ascend"));
+    }
     // The control plane has checked it; one that is stored from before it did so is no name.
     const std::string name = CheckPlayerName(player.name()).ok() ? player.name() : "";
     order.players.push_back({.number = PlayerNumber(player.number()),
@@ -202,6 +206,11 @@ absl::Status ReadBackend(const v1::WorkerOrder& message, BackendOrderList& backe
 }
 
 }  // namespace
+
+const OrderedPlayer* FindPlayer(std::span<const OrderedPlayer> players, PlayerNumber number) {
+  const auto place = std::ranges::lower_bound(players, number, {}, &OrderedPlayer::number);
+  return place == players.end() || place->number != number ? nullptr : &*place;
+}
 
 absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity& self,
                                  const region::RegionSettings& borders) {

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -86,7 +87,7 @@ struct Order {
   std::optional<Certified> certified;  // nothing: not yet
   std::vector<PeerAddress> peers;
   std::vector<DeadRegion> revoked;  // lives that evicted hosts ran: no link to them is let in
-  std::vector<OrderedPlayer> players;
+  std::vector<OrderedPlayer> players;  // ascending by number
   bool run = false, stop = false;
   bool goes_on = false;  // with `stop`: the instance need not end
   std::uint32_t snapshot_rate_hz = 30;
@@ -102,6 +103,9 @@ struct Order {
   std::vector<PropertyOrder> properties;  // ascending by number
   BackendOrderList backend;
 };
+
+// The one with this number among players that ascend; null: there is none.
+const OrderedPlayer* FindPlayer(std::span<const OrderedPlayer> players, PlayerNumber number);
 
 // `borders`: the settings that the message leaves open. Errors: FAILED_PRECONDITION if it is not meant for `self`,
 // INVALID_ARGUMENT naming the field.

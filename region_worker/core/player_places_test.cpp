@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/world/bytes.h"
+#include "core/world/limits.h"
 #include "region_worker/core/link_message.h"
 
 namespace tessera::worker {
@@ -58,11 +59,12 @@ TEST(PlayerPlacesTest, ComeFromTheOwnerToRegionsThatAreNoNeighboursOfIt) {
 // Numbers are not given again; but a report holds only so many at one time.
 TEST(PlayerPlacesTest, PlayersOfAnyNumberAreHeardButNotOfAnyCount) {
   PlayerPlaces places(kRate_hz);
-  for (std::uint32_t player = 5001; player <= 10'000; ++player) {
+  constexpr std::uint32_t kFirst = 50'001, kLast = kFirst + 2 * kMaxPlayers;
+  for (std::uint32_t player = kFirst; player <= kLast; ++player) {
     ASSERT_TRUE(places.Receive(PlaceOf(player, 1, 100, {1, 2, 3}), Tick(100)).ok());
   }
-  EXPECT_EQ(places.At(PlayerNumber(5001), Tick(100)), Vec3d(1, 2, 3));
-  EXPECT_EQ(places.At(PlayerNumber(10'000), Tick(100)), std::nullopt);
+  EXPECT_EQ(places.At(PlayerNumber(kFirst), Tick(100)), Vec3d(1, 2, 3));
+  EXPECT_EQ(places.At(PlayerNumber(kLast), Tick(100)), std::nullopt);
 }
 
 TEST(PlayerPlacesTest, GoRoundACircleOnce) {

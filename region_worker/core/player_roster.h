@@ -13,8 +13,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -28,21 +26,30 @@ class PlayerRoster {
  public:
   explicit PlayerRoster(bool players_have_bodies) : players_have_bodies_(players_have_bodies) {}
 
-  // Whole state: players that are new are spawned, those that left are expelled, the parked stand still. `joins`: this
-  // worker is only about to join the world, and an earlier life of the region made the bodies that it is to make.
+  // Whole state, ascending by number: players that are new are spawned, those that left are expelled, the parked stand
+  // still. `joins`: this worker is only about to join the world, and an earlier life of the region made the bodies that
+  // it is to make. One who is as before costs a look.
   void Set(std::span<const OrderedPlayer> players, bool joins, region::Region& region, Actions& actions);
   void RemoveLeft(region::Region& region) const;
   void CountSpawned(const region::Region& region);
   std::uint64_t spawned() const { return spawned_; }  // bodies that were made here
 
  private:
+  // What has been done about one that the newest order names.
+  struct Known {
+    PlayerNumber number;
+    net::Generation generation{};  // the highest that was named
+    bool left = false, parked = false;
+    bool asked_to_spawn = false;
+  };
+
+  void Take(const OrderedPlayer& player, bool joins, Known& known, region::Region& region, Actions& actions);
   bool HasLeft(PlayerNumber player) const;
 
   bool players_have_bodies_;
-  std::set<PlayerNumber> asked_to_spawn_, left_, named_;  // among those that the newest order names
-  std::map<PlayerNumber, net::Generation> generations_;   // likewise
-  PlayerNumber newest_named_;                             // by any order
-  std::vector<PlayerNumber> spawning_;                    // asked for, not seen yet
+  std::vector<Known> known_;            // ascending by number
+  PlayerNumber newest_named_;           // by any order
+  std::vector<PlayerNumber> spawning_;  // asked for, not seen yet
   std::uint64_t spawned_ = 0;
 };
 

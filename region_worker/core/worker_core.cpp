@@ -299,15 +299,15 @@ void WorkerCore::Receive(RegionId from, const LinkMessage& message, TimePoint no
 // One of a higher generation than the order's is as good as named: the control plane has signed it, and the order is on
 // its way.
 Admission WorkerCore::Admit(PlayerNumber player, net::Generation generation) {
-  const auto known = std::ranges::find(order_.players, player, &OrderedPlayer::number);
-  if (known != order_.players.end()) {
+  if (const OrderedPlayer* known = FindPlayer(order_.players, player); known != nullptr) {
     if (known->left) return Admission::kLeft;
     return generation < known->generation ? Admission::kReplaced : Admission::kWelcome;
   }
   const bool comes_by_itself =
-      setup_.standalone && player != PlayerNumber() && player.value() <= kMaxPlayers && run_.has_value();
+      setup_.standalone && player != PlayerNumber() && player.value() <= kUsualPlayers && run_.has_value();
   if (!comes_by_itself) return Admission::kNotYet;
-  order_.players.push_back(setup_.standalone->make_player(player));
+  const auto place = std::ranges::lower_bound(order_.players, player, {}, &OrderedPlayer::number);
+  order_.players.insert(place, setup_.standalone->make_player(player));
   run_->SetPlayers(order_.players, order_.joins_running, actions_);
   return Admission::kWelcome;
 }
@@ -327,16 +327,16 @@ void WorkerCore::AcknowledgeEvents(PlayerNumber player, std::uint32_t event) {
 }
 
 std::string WorkerCore::EndedBecause(PlayerNumber player) const {
-  const auto known = std::ranges::find(order_.players, player, &OrderedPlayer::number);
-  return known == order_.players.end() ? "" : known->ended_because;
+  const OrderedPlayer* known = FindPlayer(order_.players, player);
+  return known == nullptr ? "" : known->ended_because;
 }
 
 // Without a control plane the worker itself notes that the game has sent a player away.
 void WorkerCore::RemoveEnded() {
   bool any = false;
   for (const region::EndedPlayer& ended : run_->region().ended_players()) {
-    const auto known = std::ranges::find(order_.players, ended.player, &OrderedPlayer::number);
-    if (known == order_.players.end() || known->left) continue;
+    const auto known = std::ranges::lower_bound(order_.players, ended.player, {}, &OrderedPlayer::number);
+    if (known == order_.players.end() || known->number != ended.player || known->left) continue;
     known->left = any = true;
     known->ended_because = ended.reason;
   }

@@ -1,0 +1,94 @@
+#include "control_plane/players.h"
+
+#include <gmock/gmock.h>
+
+namespace tessera::control {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+records::StoredPlayer Player(std::uint32_t number, const std::string& id = "") {
+  records::StoredPlayer known;
+  known.mutable_player()->set_number(number);
+  known.mutable_player()->set_player_id(id);
+  return known;
+}
+
+std::vector<std::uint32_t> NumbersOf(const Players& players) {
+  std::vector<std::uint32_t> numbers;
+  for (const records::StoredPlayer* known : players.All()) numbers.push_back(known->player().number());
+  return numbers;
+}
+
+TEST(PlayersTest, AreFoundByNumberAndAscend) {
+  Players players;
+  for (const std::uint32_t number : {130, 2, 66, 1, 65, 2}) players.Put(Player(number));
+  EXPECT_THAT(NumbersOf(players), ElementsAre(1, 2, 65, 66, 130));
+  EXPECT_EQ(players.size(), 5U);
+  EXPECT_EQ(players.Find(66)->player().number(), 66U);
+  EXPECT_EQ(players.Find(194), nullptr);
+  EXPECT_EQ(players.Find(3), nullptr);
+  players.Erase(2);
+  players.Erase(3);
+  EXPECT_THAT(NumbersOf(players), ElementsAre(1, 65, 66, 130));
+}
+
+TEST(PlayersTest, WhoHasLeftIsNotPresentNorFoundByItsId) {
+  Players players;
+  players.Put(Player(1, "ada"));
+  players.Put(Player(2, "bob"));
+  players.Put(Player(3));
+  EXPECT_EQ(players.FindId("bob"), 2U);
+  EXPECT_EQ(players.FindId(""), 0U);
+  players.Change(2, [](records::StoredPlayer& known) { known.mutable_player()->set_left(true); });
+  players.Change(9, [](records::StoredPlayer& known) { known.mutable_player()->set_left(true); });
+  EXPECT_EQ(players.present(), 2U);
+  EXPECT_EQ(players.size(), 3U);
+  EXPECT_EQ(players.FindId("bob"), 0U);
+}
+
+TEST(PlayersTest, ACopyIsAsItWasAndDiffersInWhatChanged) {
+  Players players;
+  for (std::uint32_t number = 1; number <= 500; ++number) players.Put(Player(number));
+  const Players before = players;
+  EXPECT_THAT(players.BucketsUnlike(before), IsEmpty());
+  players.Put(Player(7, "ada"));
+  players.Erase(200);
+  EXPECT_THAT(players.BucketsUnlike(before), ElementsAre(7, 200 % Players::kBuckets));
+  EXPECT_EQ(before.Find(7)->player().player_id(), "");
+  EXPECT_NE(before.Find(200), nullptr);
+}
+
+TEST(PlayersTest, TheSameButForWhoWasSeen) {
+  Players players;
+  players.Put(Player(1));
+  Players other = players;
+  other.Change(1, [](records::StoredPlayer& known) { known.set_unseen(true); });
+  EXPECT_TRUE(players.SameAs(other));
+  other.Change(1, [](records::StoredPlayer& known) { known.mutable_player()->set_generation(2); });
+  EXPECT_FALSE(players.SameAs(other));
+  EXPECT_FALSE(players.SameAs(Players()));
+  EXPECT_FALSE(Players().SameAs(players));
+}
+
+TEST(PlayersTest, ABucketHasItsOwnAscending) {
+  const auto set = [](std::uint32_t index, std::initializer_list<std::uint32_t> numbers) {
+    records::PlayerBucket bucket;
+    for (const std::uint32_t number : numbers) *bucket.add_players() = Player(number);
+    Players players;
+    const absl::Status status = players.SetBucket(index, bucket);
+    if (status.ok()) EXPECT_EQ(players.size(), numbers.size());
+    return status.code();
+  };
+  EXPECT_EQ(set(1, {1, 65, 129}), absl::StatusCode::kOk);
+  EXPECT_EQ(set(1, {}), absl::StatusCode::kOk);
+  EXPECT_EQ(set(1, {1, 2}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(set(1, {65, 1}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(set(1, {1, 1}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(set(0, {0}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(set(Players::kBuckets, {64}), absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace tessera::control
