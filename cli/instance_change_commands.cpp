@@ -184,12 +184,12 @@ void Checkpoints(const Globals& globals, const ChangeOptions& options) {
     std::cout << ToJson(response);
     return;
   }
-  std::vector<TableRow> rows{{"TICK", "REGIONS", "SIZE", "AGE"}};
+  std::vector<TableRow> rows{{"TICK", "REGIONS", "SIZE", "AGE", "NOTE"}};
   for (const v1::Checkpoint& checkpoint : response.checkpoints()) {
     if (globals.format == Format::kName) std::cout << checkpoint.tick() << "\n";
     rows.push_back({std::to_string(checkpoint.tick()), std::to_string(checkpoint.regions()),
                     FormatBytes(static_cast<double>(checkpoint.size_bytes())),
-                    FormatAge(AgeSeconds(checkpoint.create_time()))});
+                    FormatAge(AgeSeconds(checkpoint.create_time())), checkpoint.taken_back() ? "taken back" : ""});
   }
   if (globals.format == Format::kName) return;
   if (rows.size() == 1) {

@@ -83,9 +83,10 @@ std::string Health(const v1::Instance& instance) {
   }
   if (instance.lost_ticks() > 0) out += fmt::format("\nLost time:    {} ticks", instance.lost_ticks());
   if (instance.imbalance() > 0) out += fmt::format("\nImbalance:    {:.2f}", instance.imbalance());
-  if (!instance.checkpoints().empty()) {
-    const v1::Checkpoint& last = *instance.checkpoints().rbegin();
-    out += fmt::format("\nCheckpoint:   tick {}, {} ago", last.tick(), FormatAge(AgeSeconds(last.create_time())));
+  const auto last = std::find_if(instance.checkpoints().rbegin(), instance.checkpoints().rend(),
+                                 [](const v1::Checkpoint& checkpoint) { return !checkpoint.taken_back(); });
+  if (last != instance.checkpoints().rend()) {
+    out += fmt::format("\nCheckpoint:   tick {}, {} ago", last->tick(), FormatAge(AgeSeconds(last->create_time())));
   }
   if (!out.empty()) out += "\n";
   if (instance.events().empty()) return out;

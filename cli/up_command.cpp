@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <deque>
@@ -66,13 +67,14 @@ std::vector<std::string> DescribeLeftOver(local::Connection& control) {
     const auto listed =
         control.Call("instance list", control.instances(), &v1::InstanceService::Stub::ListCheckpoints, request);
     const std::string name = fmt::format("{} ({})", instance.id(), instance.scene_name());
-    if (listed.checkpoints().empty()) {
+    const auto newest = std::find_if(listed.checkpoints().rbegin(), listed.checkpoints().rend(),
+                                     [](const v1::Checkpoint& checkpoint) { return !checkpoint.taken_back(); });
+    if (newest == listed.checkpoints().rend()) {
       lines.push_back(fmt::format("{} has no checkpoint to begin again with", name));
       continue;
     }
-    const v1::Checkpoint& newest = *listed.checkpoints().rbegin();
-    lines.push_back(fmt::format("{} begins again with its checkpoint of tick {}, made {} ago", name, newest.tick(),
-                                FormatAge(AgeSeconds(newest.create_time()))));
+    lines.push_back(fmt::format("{} begins again with its checkpoint of tick {}, made {} ago", name, newest->tick(),
+                                FormatAge(AgeSeconds(newest->create_time()))));
   }
   return lines;
 }

@@ -95,7 +95,7 @@ absl::StatusOr<v1::Checkpoint> ControlPlane::AwaitCheckpoint(Lock& lock, Watch& 
     const auto made = ListCheckpoints(cluster_->state(), list);
     if (!made.ok()) return made.status();
     for (const v1::Checkpoint& checkpoint : made->checkpoints()) {
-      if (checkpoint.tick() == tick) return checkpoint;
+      if (checkpoint.tick() == tick && !checkpoint.taken_back()) return checkpoint;
     }
     if (cluster_->CheckpointUnderWay(watch.id()) != tick) {
       const absl::Status why = cluster_->WhyNoCheckpoint(watch.id());
@@ -106,7 +106,7 @@ absl::StatusOr<v1::Checkpoint> ControlPlane::AwaitCheckpoint(Lock& lock, Watch& 
   }
 }
 
-// The newest checkpoint that is whole, or the one that was asked for.
+// The newest checkpoint that is whole and not taken back, or the one that was asked for.
 absl::StatusOr<records::Manifest> ControlPlane::FindWhole(const std::string& id, std::uint64_t tick,
                                                           std::vector<std::string>& damaged) {
   if (!files_) return NoFiles();
@@ -115,7 +115,7 @@ absl::StatusOr<records::Manifest> ControlPlane::FindWhole(const std::string& id,
   const auto listed = Call([&](Cluster& cluster, Now) { return ListCheckpoints(cluster.state(), list); });
   if (!listed.ok()) return listed.status();
   for (auto checkpoint = listed->checkpoints().rbegin(); checkpoint != listed->checkpoints().rend(); ++checkpoint) {
-    if (tick != 0 && checkpoint->tick() != tick) continue;
+    if (tick == 0 ? checkpoint->taken_back() : checkpoint->tick() != tick) continue;
     const absl::Status whole = files_->Check(id, checkpoint->tick());
     if (whole.ok()) return files_->ReadManifest(id, checkpoint->tick());
     // One that cannot be read just now may be whole: an older one in its place would set the world back for nothing.

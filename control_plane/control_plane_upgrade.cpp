@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/branches.h"
 #include "control_plane/control_plane.h"
 #include "spdlog/spdlog.h"
 
@@ -61,7 +62,11 @@ absl::StatusOr<std::uint64_t> ControlPlane::AwaitUpgradeTick(const std::string& 
 absl::StatusOr<v1::Instance> ControlPlane::BeginAnew(const std::string& id, std::uint64_t tick,
                                                      const std::function<bool()>& given_up) {
   std::vector<std::string> damaged;
-  auto manifest = FindWhole(id, tick, damaged);
+  const bool there = Call([&](Cluster& cluster, Now) {
+    const InstanceEntry* instance = cluster.state().FindInstance(id);
+    return instance != nullptr && KeptOf(instance->record.checkpoints(), tick) != nullptr;
+  });
+  auto manifest = there ? FindWhole(id, tick, damaged) : absl::NotFoundError("tick: no checkpoint is made yet");
   if (!manifest.ok()) {
     v1::CheckpointInstanceRequest make;
     make.set_id(id);

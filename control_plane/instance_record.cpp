@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "control_plane/branches.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/game_deaths.h"
@@ -106,6 +107,7 @@ records::Instance RestoredFrom(const records::Instance& record, const records::M
   restored.Clear();
   restored.set_tick(manifest.tick());
   restored.set_last_incarnation(next.last_incarnation());
+  BeginBranch(manifest, next);
   for (const PlacedRegion& region : placed.regions) {
     for (const records::ManifestFile& file : manifest.files()) {
       if (file.name() != RegionFileName(region.region.value())) continue;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/branches.h"
 #include "control_plane/change.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/cluster/host_rights.h"
@@ -64,8 +65,7 @@ absl::StatusOr<std::uint64_t> InstanceCheckpoints::Begin(InstanceEntry& instance
 // All regions stand after the same tick.
 absl::StatusOr<std::uint64_t> InstanceCheckpoints::BeginStanding(InstanceEntry& instance, Now now) {
   const std::uint64_t tick = NewestTick(instance);
-  const auto& made = instance.record.checkpoints();
-  if (!made.empty() && made.rbegin()->tick() == tick) {
+  if (KeptOf(instance.record.checkpoints(), tick) != nullptr) {
     return absl::FailedPreconditionError(
         absl::StrCat("id: ", instance.record.id(), " is paused, and the checkpoint of tick ", tick, " is made"));
   }
@@ -149,6 +149,7 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
   manifest.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *manifest.mutable_borders() = record.borders();
   manifest.set_region_threads(record.region_threads());
+  *manifest.mutable_branch() = record.branch();
   for (const auto& [region, entry] : draft.files) *manifest.add_files() = entry;
   *manifest.mutable_bodies() = record.bodies();
   return manifest;
@@ -170,15 +171,16 @@ void InstanceCheckpoints::NoteOverQuota(InstanceEntry& instance, const absl::Sta
 
 std::vector<std::uint64_t> InstanceCheckpoints::Prune(Work& work, records::Instance& next, Now now) const {
   std::vector<std::uint64_t> pruned;
-  const auto drop_oldest = [&] {
-    pruned.push_back(next.checkpoints(0).tick());
-    next.mutable_checkpoints()->DeleteSubrange(0, 1);
+  const auto drop = [&] {
+    const int place = FirstToGo(next.checkpoints());
+    pruned.push_back(next.checkpoints(place).tick());
+    next.mutable_checkpoints()->DeleteSubrange(place, 1);
   };
   const auto keep = static_cast<int>(std::max(next.keep_checkpoints(), 1U));
-  while (next.checkpoints_size() > keep) drop_oldest();
+  while (next.checkpoints_size() > keep) drop();
   if (next.checkpoints_size() == keep) work.fewer_said = false;
   bool fewer = false;
-  for (; quota_ != 0 && next.checkpoints_size() > 1 && SizeOf(next) > quota_; fewer = true) drop_oldest();
+  for (; quota_ != 0 && next.checkpoints_size() > 1 && SizeOf(next) > quota_; fewer = true) drop();
   // Said when it begins, not with each one that is made.
   if (fewer && !std::exchange(work.fewer_said, true)) {
     AddEvent(next, now,
@@ -197,8 +199,14 @@ void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manif
   if (UnderWay(instance) == manifest.tick()) work_[instance.number].draft.reset();
   work_[instance.number].failures = 0;
   records::Instance next = instance.record;
+  // Its files have taken the place of those of a branch that was taken back.
+  auto& listed = *next.mutable_checkpoints();
+  listed.erase(std::remove_if(listed.begin(), listed.end(),
+                              [&](const v1::Checkpoint& other) { return other.tick() == manifest.tick(); }),
+               listed.end());
   v1::Checkpoint& checkpoint = *next.add_checkpoints();
   checkpoint.set_tick(manifest.tick());
+  *checkpoint.mutable_branch() = manifest.branch();
   *checkpoint.mutable_create_time() = ToTimestamp(now.unix_time);
   checkpoint.set_regions(static_cast<std::uint32_t>(manifest.map().regions_size()));
   checkpoint.set_size_bytes(size);
@@ -261,7 +269,7 @@ void InstanceCheckpoints::Step(InstanceEntry& instance, Now now) {
 
 std::optional<records::Instance> InstanceCheckpoints::GiveUp(const InstanceEntry& instance, const std::string& why,
                                                              Now now) {
-  if (instance.record.checkpoints().empty()) return Failed(instance.record, why, now);
+  if (NewestKept(instance.record.checkpoints()) == nullptr) return Failed(instance.record, why, now);
   Work& work = work_[instance.number];
   work.restore_why = why;
   work.restore_again_at = now.steady + kChangeRetry;

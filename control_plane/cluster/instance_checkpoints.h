@@ -5,6 +5,8 @@
 // the manifest is complete. A change of who runs what on the way abandons it, as its files would not be the whole
 // world. A draft is not stored: after a restart of the control plane the checkpoint is begun anew.
 //
+// A restore takes back what came after the tick that it goes to (branches.h).
+//
 // Those that are kept of a world take no more than the quota: the oldest go before their number says so, and one that
 // alone is larger is not made. The world runs on with those that it has, and its events say it once.
 //
@@ -95,7 +97,8 @@ class InstanceCheckpoints {
   const Draft* DraftOf(const InstanceEntry& instance, std::uint64_t tick) const;
   void Abandon(InstanceEntry& instance, const absl::Status& why, Now now);
   void NoteOverQuota(InstanceEntry& instance, const absl::Status& why, Now now);
-  // Drops what is too many or too much from the list, the oldest first, and returns its ticks. One stays.
+  // Drops what is too many or too much from the list, what was taken back first, then the oldest, and returns its
+  // ticks. One stays.
   std::vector<std::uint64_t> Prune(Work& work, records::Instance& next, Now now) const;
 
   ClusterState& state_;

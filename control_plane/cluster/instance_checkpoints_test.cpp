@@ -105,6 +105,28 @@ TEST_F(CheckpointsTest, TheOldestGoBeforeTheirNumberSaysSoWhereAllTakeMoreThanTh
   EXPECT_EQ(instance_.record.checkpoints(0).tick(), last);
 }
 
+TEST_F(CheckpointsTest, OneOfATickThatWasTakenBackTakesThePlaceOfTheOlder) {
+  Update([](records::Instance& next) { next.set_keep_checkpoints(3); });
+  const std::uint64_t tick = Make();
+  Update([](records::Instance& next) {
+    next.mutable_checkpoints(0)->set_taken_back(true);
+    next.mutable_branch()->set_number(1);
+  });
+  EXPECT_EQ(Make(), tick) << "the world has come there again";
+  ASSERT_EQ(instance_.record.checkpoints_size(), 1);
+  EXPECT_FALSE(instance_.record.checkpoints(0).taken_back());
+  EXPECT_EQ(instance_.record.checkpoints(0).branch().number(), 1U);
+  EXPECT_TRUE(rig_.state->effects().pruned.empty()) << "the files under that tick are the new ones";
+}
+
+TEST_F(CheckpointsTest, AWorldAllOfWhoseCheckpointsAreTakenBackFailsWithoutOne) {
+  Make();
+  Update([](records::Instance& next) { next.mutable_checkpoints(0)->set_taken_back(true); });
+  const auto failed = checkpoints_.GiveUp(instance_, "lost", rig_.now);
+  ASSERT_TRUE(failed.has_value());
+  EXPECT_EQ(failed->state(), v1::INSTANCE_STATE_FAILED);
+}
+
 TEST_F(CheckpointsTest, OneThatIsLargerThanTheQuotaIsNotMadeAndThatIsSaid) {
   InstanceCheckpoints limited(*rig_.state, 3'000'000);
   const std::uint64_t kept = Make(limited, 2'000'000);

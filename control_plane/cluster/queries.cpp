@@ -4,6 +4,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/branches.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/views.h"
 #include "control_plane/life.h"
@@ -127,8 +128,9 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
     health.still_regions = instance.still_regions;
     health.cut_links = instance.cut_links.size();
     health.moved_regions = instance.moved_regions;
-    if (!record.checkpoints().empty())
-      health.last_checkpoint = FromTimestamp(record.checkpoints().rbegin()->create_time());
+    if (const v1::Checkpoint* newest = NewestKept(record.checkpoints())) {
+      health.last_checkpoint = FromTimestamp(newest->create_time());
+    }
     health.imbalance = ImbalanceOf(instance);
     health.lost_bodies = record.lost_bodies();
     health.lost_ticks = record.lost_ticks();

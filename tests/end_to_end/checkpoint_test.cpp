@@ -245,6 +245,33 @@ TEST_F(CheckpointTest, AWorldWhoseWorkersAllDieComesBackFromItsCheckpointAndSays
   ExpectAllIsThere();
 }
 
+// A rollback was undone so: the newest checkpoint was of the time that it had taken back.
+TEST_F(CheckpointTest, ARollbackIsNotUndoneByTheNextCrash) {
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 2, .capacity = 4});
+  ASSERT_TRUE(PlayUntilProtected());
+  const std::uint64_t first = Checkpoint();
+  ASSERT_TRUE(PlayUntil("two seconds later", [&] { return ReportOf(1).tick() > first + 120; }));
+  const std::uint64_t second = Checkpoint();
+  const auto before = Pids();
+  const support::RunResult restored =
+      Tessera({"instance", "restore", run_->instance_id(), "--tick", std::to_string(first)});
+  ASSERT_EQ(restored.exit_code, 0) << restored.err;
+  ASSERT_TRUE(PlayUntilAllAreOthersThan(before));
+  const support::RunResult listed = Tessera({"instance", "checkpoints", run_->instance_id()});
+  EXPECT_THAT(listed.out, testing::ContainsRegex(std::to_string(second) + " [^\n]*taken back"));
+  EXPECT_THAT(listed.out, testing::Not(testing::ContainsRegex(std::to_string(first) + " [^\n]*taken back")));
+  const auto pids = Pids();
+  for (const int signal : kAtOnce) {
+    for (const auto& [region, pid] : pids) kill(static_cast<pid_t>(pid), signal);
+  }
+  ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
+  const std::string text = run_->Latest().events().rbegin()->text();
+  EXPECT_THAT(text, HasSubstr("restored from the checkpoint of tick"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("tick " + std::to_string(second) + ",")));
+  ASSERT_TRUE(PlayOn(2));
+  ExpectAllIsThere();
+}
+
 // The others run, and have none of what those two had.
 TEST_F(CheckpointTest, ARegionThatIsKilledTogetherWithItsStandbyComesBackFromTheCheckpointAsALossOfTime) {
   Start({.scene = "", .regions = 4, .bots = 0, .hosts = 2, .capacity = 8});
