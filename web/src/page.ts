@@ -90,7 +90,7 @@ export class Page implements SessionListener {
       this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes, this.session.values, (text) => this.answered(text, false));
     } catch (error) {
       if (!(error instanceof NoWebGl)) throw error;
-      root.replaceChildren(h('main', { id: 'worlds' }, h('h1', {}, 'This browser does not draw in 3D'), h('p', {}, 'The page needs WebGL 2. Turn on hardware acceleration in the settings of the browser, or use a newer Firefox, Chrome or Safari. Without it: tessera top shows the figures in a terminal.')));
+      root.replaceChildren(h('main', { id: 'worlds' }, h('h1', {}, 'This browser does not draw in 3D'), h('p', {}, 'The page needs WebGL 2. Turn on hardware acceleration in the settings of the browser, or use a newer Firefox, Chrome or Safari. Without it: tessera instance describe ID shows the figures in a terminal.')));
       throw error;
     }
     this.listen();

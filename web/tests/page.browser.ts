@@ -489,5 +489,6 @@ test('a browser without WebGL is told so', async () => {
   });
   await without.goto(`${address}/#plaza-1`);
   await without.getByText('needs WebGL 2').waitFor(WAIT);
+  await without.getByText('tessera instance describe').waitFor(WAIT);
   await context.close();
 });
