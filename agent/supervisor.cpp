@@ -369,6 +369,9 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
   const auto found = workers_.find(key);
   if (found == workers_.end()) return;
   Worker& worker = found->second;
+  if (const std::size_t bytes = report.ByteSizeLong(); bytes > kMaxReportBytes) {
+    return Kill(key, worker, absl::StrCat("killed: a report of ", bytes, " bytes, at most ", kMaxReportBytes));
+  }
   const bool differs = DiffersInState(worker.report, report);
   worker.report = report;
   *worker.report.mutable_identity() = worker.record.identity();

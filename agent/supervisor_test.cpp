@@ -257,5 +257,20 @@ TEST_F(SupervisorTest, PassesEachReportOnAtOnce) {
   EXPECT_EQ(supervisor_.Reports()[0].tick(), 60U);
 }
 
+// It would end the host's stream, and each later one that begins with it.
+TEST_F(SupervisorTest, AWorkerThatReportsTooMuchIsKilledAndItsReportPassedOnToNobody) {
+  Want({Order(1), Order(2)});
+  Attach(1);
+  Attach(2);
+  reports_.clear();
+  v1::WorkerReport report = Report(1, v1::WORKER_PHASE_RUNNING);
+  report.set_failure(std::string(kMaxReportBytes + 1, 'x'));
+  supervisor_.Reported(Key(1), report);
+  Carry();
+  EXPECT_THAT(reports_, IsEmpty());
+  EXPECT_LT(supervisor_.Reports()[0].ByteSizeLong(), 1000U);
+  EXPECT_THAT(signals_, ElementsAre(SIGKILL));
+}
+
 }  // namespace
 }  // namespace tessera::agent

@@ -104,7 +104,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   absl::Status Listen(const std::string& path) {
     grpc::ServerBuilder builder;
     builder.RegisterService(this);
-    builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+    builder.SetMaxReceiveMessageSize(kMaxWorkerMessageBytes);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kStreamsOfAConnection);
     server_ = builder.BuildAndStart();
     if (!server_) return absl::UnavailableError(absl::StrCat("cannot serve workers on ", path));
