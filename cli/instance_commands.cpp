@@ -12,6 +12,7 @@
 #include "cli/contexts.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
+#include "core/world/limits.h"
 #include "core/world/scene_warnings.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"

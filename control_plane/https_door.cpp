@@ -171,7 +171,7 @@ struct HttpsDoor::Impl {
   lws_vhost* vhost = nullptr;
   std::array<lws_protocols, 2> protocols{};
   lws_http_mount mount{};
-  telemetry::LogThrottle refusals;
+  telemetry::LogThrottle refusals, answered;
   std::atomic<bool> stopping{false};
   std::thread loop;
   // Only the loop's thread uses these.
@@ -309,8 +309,8 @@ PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string&
   metrics.ObserveRpc(path, took);
   if (path == kListPath && status.ok()) return answer;  // menus ask every few seconds
   std::uint64_t left_out = 0;
-  if (!status.ok()) {
-    const auto passes = refusals.Take(telemetry::LogThrottle::Clock::now());
+  if (!status.ok() || !IsSocket()) {
+    const auto passes = (status.ok() ? answered : refusals).Take(telemetry::LogThrottle::Clock::now());
     if (!passes) return answer;
     left_out = *passes;
   }

@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "control_plane/control_records.pb.h"
 #include "control_plane/stored_records.h"
+#include "core/world/limits.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene.h"
 #include "tessera/v1/instance.pb.h"

@@ -20,6 +20,7 @@ namespace tessera::control {
 namespace {
 
 constexpr net::Generation kFirstGeneration(1);
+constexpr std::size_t kMostFatesInLines = 10;  // of one kind and moment that have a line each
 
 absl::Status CheckOpen(const records::Instance& record, bool viewer) {
   const v1::InstanceState state = record.state();
@@ -282,6 +283,7 @@ std::optional<Players> InstancePlayers::NextVanished(const InstanceEntry& instan
   const std::chrono::milliseconds grace(instance.record.leaver_grace_ms());
   const std::vector<std::uint32_t> connected = Connected(instance);
   Known& known = known_[instance.number];
+  Fates fates;
   Players next = instance.players;
   instance.players.ForEach([&](const records::StoredPlayer& stored) {
     const v1::Player& player = stored.player();
@@ -294,7 +296,7 @@ std::optional<Players> InstancePlayers::NextVanished(const InstanceEntry& instan
         seen.set_unseen(false);
         if (back) seen.mutable_player()->set_parked(false);
       });
-      if (back) LogFate(instance, number, "back");
+      if (back) fates["back"].push_back(number);
       return;
     }
     if (!parks && !removes && !stored.unseen()) return;
@@ -303,18 +305,28 @@ std::optional<Players> InstancePlayers::NextVanished(const InstanceEntry& instan
     if ((removes && away >= grace) || (never && away >= std::max(grace, kFirstConnectionGrace))) {
       SetLeft(number, "", next);
       known.left[number] = {state_.last_revision(), now.steady};
-      LogFate(instance, number, never ? "never came" : "removed");
+      fates[never ? "never came" : "removed"].push_back(number);
     } else if (parks && !player.parked() && away >= grace) {
-      next.Change(number, [](records::StoredPlayer& away) { away.mutable_player()->set_parked(true); });
-      LogFate(instance, number, "parked");
+      next.Change(number, [](records::StoredPlayer& parked) { parked.mutable_player()->set_parked(true); });
+      fates["parked"].push_back(number);
     }
   });
   if (next.BucketsUnlike(instance.players).empty()) return std::nullopt;
+  LogFates(instance, fates);
   return next;
 }
 
-void InstancePlayers::LogFate(const InstanceEntry& instance, std::uint32_t player, const char* fate) {
-  state_.Log(absl::StrCat("player ", fate, " id=", instance.record.id(), " player=", player));
+// Players who join and never come fill no log: many at once are one line.
+void InstancePlayers::LogFates(const InstanceEntry& instance, const Fates& fates) {
+  for (const auto& [fate, players] : fates) {
+    if (players.size() > kMostFatesInLines) {
+      state_.Log(absl::StrCat("players ", fate, " id=", instance.record.id(), " count=", players.size()));
+      continue;
+    }
+    for (const std::uint32_t player : players) {
+      state_.Log(absl::StrCat("player ", fate, " id=", instance.record.id(), " player=", player));
+    }
+  }
 }
 
 void InstancePlayers::Prune(InstanceEntry& instance, Now now) {

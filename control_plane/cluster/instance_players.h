@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "control_plane/cluster/cluster_state.h"
@@ -71,9 +72,11 @@ class InstancePlayers {
     std::map<std::uint32_t, Left> left;
   };
 
+  using Fates = std::map<std::string, std::vector<std::uint32_t>>;  // what became of players, and whose
+
   absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name, const trust::Ticket* ticket);
   absl::StatusOr<v1::Player> Return(InstanceEntry& instance, std::uint32_t number);
-  void LogFate(const InstanceEntry& instance, std::uint32_t player, const char* fate);
+  void LogFates(const InstanceEntry& instance, const Fates& fates);
   absl::Status Store(InstanceEntry& instance, const records::Instance& next, const Players& players);
 
   ClusterState& state_;

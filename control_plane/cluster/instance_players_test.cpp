@@ -135,6 +135,17 @@ TEST_F(PlayersTest, WhoVanishesIsRemovedOrStaysByTheInstancesPolicy) {
   EXPECT_TRUE(PlayerAt(1).left());
 }
 
+TEST_F(PlayersTest, ManyWhoVanishAtOnceAreOneLineOfTheLog) {
+  SetPolicy(v1::LEAVER_POLICY_REMOVE);
+  for (int i = 0; i < 20; ++i) Join();
+  EXPECT_FALSE(TakeVanished());
+  rig_.Pass(seconds(10));
+  rig_.state->effects().log.clear();
+  ASSERT_TRUE(TakeVanished());
+  ASSERT_EQ(rig_.state->effects().log.size(), 1U);
+  EXPECT_THAT(rig_.state->effects().log[0].text, ::testing::HasSubstr("count=20"));
+}
+
 TEST_F(PlayersTest, AViewerIsNeitherStoredNorCountedNorOrdered) {
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_.record.id());

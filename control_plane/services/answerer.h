@@ -94,6 +94,7 @@ class Answerer {
   telemetry::LogThrottle strangers_;
 
  private:
+  telemetry::LogThrottle players_;  // for those that are answered: who may join may leave, and join again
   CallSlots slots_;
   struct Answered {
     const char* method;
@@ -104,8 +105,9 @@ class Answerer {
   };
   void Log(const grpc::ServerContext& context, const Answered& call, const absl::Status& status) {
     std::uint64_t left_out = 0;
-    if (door_ == Door::kPlayers && !status.ok()) {
-      const auto passes = strangers_.Take(telemetry::LogThrottle::Clock::now());
+    if (door_ == Door::kPlayers) {
+      auto& throttle = status.ok() ? players_ : strangers_;
+      const auto passes = throttle.Take(telemetry::LogThrottle::Clock::now());
       if (!passes) return;
       left_out = *passes;
     }
