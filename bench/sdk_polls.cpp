@@ -104,9 +104,8 @@ struct Driven {
 
 void KeepScene(const SdkStage& stage, const std::string& folder) {
   std::vector<std::uint8_t> packed = PackScene(*stage.scene);
-  const replication::Digest sum = *replication::DigestFrom(Sha256Hex(AsText(packed)));
   client::SceneKeeper keeper(folder + "/" + std::string(64, 'a') + "." + std::to_string(kPackedSceneVersion) + ".tsrs",
-                             sum, std::move(packed));
+                             std::move(packed));
   client::WorkBudget budget = client::WorkBudget::Unlimited();
   keeper.Go(budget);
 }

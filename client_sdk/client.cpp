@@ -12,9 +12,6 @@ namespace {
 
 // Connections at once: a region that comes back takes a new one while the old one fades, and maps may grow.
 constexpr std::size_t kSpareConnections = 64, kMaxConnections = 4095;
-// Datagrams that a poll receives at most, and for each connection as many again. Far more than a region sends between
-// two polls; after a pause the rest waits for the polls that follow.
-constexpr std::size_t kDatagramsAPoll = 128;
 
 // Stands in until the scene is here.
 const std::shared_ptr<const Scene>& NoScene() {

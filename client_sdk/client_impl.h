@@ -32,6 +32,10 @@
 
 namespace tessera::client {
 
+// Datagrams that a poll receives at most, and for each connection as many again. Far more than a region sends between
+// two polls; after a pause the rest waits for the polls that follow.
+inline constexpr std::size_t kDatagramsAPoll = 128;
+
 // The terms that a client goes by, however it joined.
 struct Client::Settings {
   std::string instance_id{};
@@ -143,6 +147,7 @@ struct Client::Impl {
   std::vector<ClientEvent> events;              // the result of the Poll under way
   std::optional<TimePoint> last_poll;           // the beginning of the Poll under way, or of the last
   std::chrono::nanoseconds since_last_poll{0};  // between that and the one before
+  bool behind = false;                          // the last poll did not take all that had come
 };
 
 }  // namespace tessera::client

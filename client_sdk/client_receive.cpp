@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -43,7 +44,7 @@ absl::StatusCode CodeOf(RefusalReason reason) {
 
 // Snapshots of one region that a poll reads at most: of those that came together the newest. A poll that was late reads
 // fewer: nobody has seen the frames between, and what a late poll costs makes the next one late.
-constexpr std::int64_t kSnapshotsAPoll = 4, kSnapshotsALatePoll = 2;
+constexpr std::int64_t kSnapshotsAPoll = 4, kSnapshotsALatePoll = 1;
 // A program that shows fewer frames a second than this stands, rather than plays.
 constexpr std::chrono::milliseconds kLatePoll{100};
 // Units (WorkBudget) for receiving a datagram, for reading a snapshot's, and for each body in it.
@@ -97,7 +98,8 @@ std::optional<MeetingPoint> MeetingPointOf(const replication::PairChange& change
 
 void Client::Impl::Receive(TimePoint now) {
   const std::vector<net::Event> arrived = network.Service(now);
-  const bool late = since_last_poll > kLatePoll;
+  const bool late = since_last_poll > kLatePoll || std::exchange(behind, false);
+  behind = arrived.size() >= kDatagramsAPoll;  // and more waits
   const auto interval = static_cast<std::int64_t>(session.tick_rate_hz / session.snapshot_rate_hz);
   const std::map<net::PeerHandle, Tick> worth_reading =
       OldestToRead(arrived, ((late ? kSnapshotsALatePoll : kSnapshotsAPoll) - 1) * interval);

@@ -442,6 +442,44 @@ TEST_F(ClientTest, AClientThatStoodForASecondIsAtTheNewestStateAtOnce) {
   EXPECT_NEAR(client->World().at(BodyId(7)).state.position.x, bodies[6].state.position.x, 0.01);
 }
 
+// More had come than one poll receives, and the next poll came in time.
+TEST_F(ClientTest, APollAfterALateOneReadsNoMoreThanThat) {
+  Make(1);
+  Join();
+  Play();
+  FakeRegion& region = *instance->regions[0];
+  std::vector<BodyRecord> bodies;
+  for (std::uint64_t i = 1; i <= 1000; ++i) {
+    bodies.push_back({BodyId(i), Epoch(1), Moving(-40 + 0.05 * static_cast<double>(i), 1)});
+  }
+  const auto snapshot = [&](Tick at) {
+    for (BodyRecord& body : bodies) body.state.position.x += 1.0 / 30;
+    region.Snapshot(at, bodies);
+  };
+  std::int64_t usual = 0;
+  for (int i = 0; i < 20; ++i) {
+    Advance(snapshot);
+    usual = std::max(usual, client->Stats().work_units);
+  }
+  for (int i = 0; i < 80; ++i) {
+    tick = tick + 2;
+    snapshot(tick);
+    instance->Service();
+  }
+  now += std::chrono::seconds(1);
+  std::int64_t dearest = 0;
+  int polls = 0;
+  const TimePoint limit = Clock::now() + std::chrono::seconds(30);
+  for (; client->tick() != tick && Clock::now() < limit; ++polls) {
+    PollOnce();
+    dearest = std::max(dearest, client->Stats().work_units);
+    now += std::chrono::milliseconds(1);
+  }
+  EXPECT_EQ(client->tick(), tick);
+  EXPECT_GE(polls, 2) << "one poll took all of it";
+  EXPECT_LE(dearest, 5 * usual / 2);
+}
+
 // Its region is dead and nobody takes its place: what is shown of the own body is a guess, and says so.
 TEST_F(ClientTest, AnOwnBodyThatNobodyHasSpokenOfForASecondIsNotCalledPredicted) {
   Make(1);

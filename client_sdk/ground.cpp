@@ -257,10 +257,12 @@ bool Ground::Cut(WorkBudget& budget) {
   return search.found = true;
 }
 
+// What would overdraw the rest of a budget of which something was spent waits for the next one.
 bool Ground::Build(physics::World& world, WorkBudget& budget) {
   Search& search = *search_;
   for (; !search.parts.empty(); search.parts.pop_back()) {
     if (!budget.left()) return false;
+    if (budget.spent() > 0 && UnitsToBuild(search.parts.back()) > budget.units_left()) return false;
     Put(world, search.parts.back(), budget);
   }
   for (; !search.leaving.empty(); search.leaving.pop_back()) {
@@ -284,13 +286,15 @@ void Ground::Put(physics::World& world, const Part& part, WorkBudget& budget) {
   cut.shape = part.piece;
   cut.initial.position += Rotate(def.initial.orientation, part.offset);
   world.Add(cut, cut.initial);
-  const auto* mesh = std::get_if<TriangleMeshShape>(&part.piece->form);
-  if (mesh != nullptr) {
-    budget.Spend(static_cast<std::int64_t>(mesh->triangles.size()) * kUnitsToBuildATriangle);
-  } else {
-    const auto& field = std::get<HeightFieldShape>(part.piece->form);
-    budget.Spend(static_cast<std::int64_t>(field.heights_m.size()) * kUnitsToBuildATriangle / 4);
+  budget.Spend(UnitsToBuild(part));
+}
+
+std::int64_t Ground::UnitsToBuild(const Part& part) {
+  if (part.piece == nullptr) return 0;
+  if (const auto* mesh = std::get_if<TriangleMeshShape>(&part.piece->form)) {
+    return std::ssize(mesh->triangles) * kUnitsToBuildATriangle;
   }
+  return std::ssize(std::get<HeightFieldShape>(part.piece->form).heights_m) * kUnitsToBuildATriangle / 4;
 }
 
 }  // namespace tessera::client

@@ -101,6 +101,7 @@ class Ground {
   bool Cut(WorkBudget& budget);
   bool Build(physics::World& world, WorkBudget& budget);
   void Put(physics::World& world, const Part& part, WorkBudget& budget);
+  static std::int64_t UnitsToBuild(const Part& part);
   static Reach ReachIn(const BodyDef& def, const Search& search);
 
   std::shared_ptr<const Scene> scene_;

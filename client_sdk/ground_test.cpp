@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -11,7 +12,7 @@ namespace tessera::client {
 namespace {
 
 constexpr std::int64_t kBudget = 50'000;
-// One call may go beyond its budget by the piece that it builds last.
+// A call may go beyond its budget by the piece that it builds, which it then does first.
 constexpr std::int64_t kLastPiece = 3 * std::int64_t{kMostPieceTriangles} * kUnitsToBuildATriangle / 2;
 constexpr double kReach_m = 3;
 
@@ -88,7 +89,7 @@ TEST(GroundTest, OfALargeMeshOnlyWhatIsNearIsBuiltAndNoPollIsDear) {
   const int polls = stage.PollsUntilCovered({3, 1, -4});
   EXPECT_LE(polls, 60) << "a second at 60 polls a second";
   EXPECT_GT(polls, 1) << "it is looked at in goes";
-  EXPECT_LE(stage.dearest, kBudget + kLastPiece);
+  EXPECT_LE(stage.dearest, std::max(kBudget + kBudget / 2, kLastPiece));
   EXPECT_LE(stage.ground->piece_triangles(), kMostPieceTriangles);
   EXPECT_GT(stage.ground->piece_triangles(), 2u * 8 * 8);
   EXPECT_EQ(stage.Poll({3, 1, -4}), 0) << "it is there, and costs nothing more";
@@ -105,7 +106,7 @@ TEST(GroundTest, AMillionBodiesAreLookedAtInGoes) {
   Stage stage(std::move(bodies));
   const int polls = stage.PollsUntilCovered({800, 0, 800});
   EXPECT_GT(polls, 10);
-  EXPECT_LE(stage.dearest, kBudget + kLastPiece);
+  EXPECT_LE(stage.dearest, std::max(kBudget + kBudget / 2, kLastPiece));
   EXPECT_LT(stage.ground->bodies(), 40u);
   EXPECT_GE(stage.ground->bodies(), 9u);
 }
@@ -123,7 +124,7 @@ TEST(GroundTest, GoesAlongWithWhoeverWalks) {
     rebuilt += stage.Poll(at) > kBudget / 2 ? 1 : 0;
     ASSERT_TRUE(stage.ground->Covers(at, kReach_m)) << "at " << at.x;
   }
-  EXPECT_LE(stage.dearest, kBudget + kLastPiece);
+  EXPECT_LE(stage.dearest, std::max(kBudget + kBudget / 2, kLastPiece));
   EXPECT_GT(rebuilt, 10);
   EXPECT_EQ(stage.ground->bodies(), 3u);
 }

@@ -14,8 +14,9 @@ namespace {
 constexpr std::size_t kDigestBytes = sizeof(replication::Digest);
 // One go at a file and at its sum, before the budget is asked again.
 constexpr std::size_t kAtOnce_bytes = std::size_t{32} * 1024;
-// Bytes that a unit reads from a file, sums and unpacks.
-constexpr std::int64_t kReadAUnit_bytes = 8, kSummedAUnit_bytes = 4, kUnpackedAUnit_bytes = 2;
+// Bytes that a unit reads from a file, sums, there and here, and unpacks.
+constexpr std::int64_t kReadAUnit_bytes = 32, kKeptSummedAUnit_bytes = 9, kSummedAUnit_bytes = 3,
+                       kUnpackedAUnit_bytes = 6;
 
 }  // namespace
 
@@ -42,7 +43,7 @@ bool SceneFetch::OpenKept() {
   if (size <= static_cast<std::int64_t>(kDigestBytes)) return false;
   if (static_cast<std::uint64_t>(size) > kMaxPackedSceneBytes + kDigestBytes) return false;
   kept_.seekg(0);
-  kept_.read(reinterpret_cast<char*>(sha256_.data()), static_cast<std::streamsize>(kDigestBytes));
+  kept_.read(reinterpret_cast<char*>(expected_.data()), static_cast<std::streamsize>(kDigestBytes));
   total_ = static_cast<std::uint64_t>(size) - kDigestBytes;
   bytes_.reserve(static_cast<std::size_t>(total_));
   return static_cast<bool>(kept_);
@@ -66,6 +67,7 @@ void SceneFetch::AskRegions() {
   bytes_.clear();
   unpacker_.reset();
   (void)sum_.Finish();
+  (void)kept_sum_.Finish();
   summed_ = 0;
   total_ = 0;
 }
@@ -74,10 +76,10 @@ absl::Status SceneFetch::Take(const replication::SceneChunk& chunk) {
   if (!from_regions()) return absl::OkStatus();
   if (total_ == 0) {
     total_ = chunk.total_bytes;
-    sha256_ = chunk.sha256;
+    expected_ = chunk.sha256;
     bytes_.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(total_, kMaxPackedSceneBytes)));
   }
-  if (chunk.total_bytes != total_ || chunk.sha256 != sha256_) {
+  if (chunk.total_bytes != total_ || chunk.sha256 != expected_) {
     return absl::InternalError("the regions send different scenes");
   }
   // A chunk that is there already, or would leave a gap, is nothing new.
@@ -90,10 +92,28 @@ absl::Status SceneFetch::Take(const replication::SceneChunk& chunk) {
 void SceneFetch::Check(WorkBudget& budget) {
   while (summed_ < bytes_.size() && budget.left()) {
     const std::size_t size = std::min(kAtOnce_bytes, bytes_.size() - summed_);
-    sum_.Add(std::span(bytes_).subspan(summed_, size));
+    const std::span part = std::span(bytes_).subspan(summed_, size);
+    const bool kept = source_of_bytes_ == From::kFolder;
+    if (kept) {
+      kept_sum_.Add(part);
+    } else {
+      sum_.Add(part);
+    }
     summed_ += size;
-    budget.Spend(static_cast<std::int64_t>(size) / kSummedAUnit_bytes);
+    budget.Spend(static_cast<std::int64_t>(size) / (kept ? kKeptSummedAUnit_bytes : kSummedAUnit_bytes));
   }
+}
+
+bool SceneFetch::IsAsExpected() {
+  switch (source_of_bytes_) {
+    case From::kFolder:
+      return kept_sum_.Finish() == expected_;
+    case From::kRegions:
+      return sum_.Finish() == expected_;
+    case From::kCaller:
+      break;
+  }
+  return true;
 }
 
 absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Go(WorkBudget& budget) {
@@ -102,7 +122,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Go(WorkBudget& budget) 
   Check(budget);
   if (!complete() || summed_ < bytes_.size() || !budget.left()) return not_yet;
   if (unpacker_ == nullptr) {
-    if (source_of_bytes_ != From::kCaller && sum_.Finish() != sha256_) {
+    if (!IsAsExpected()) {
       if (from_regions()) return absl::InternalError("the regions' scene is not the one that they named");
       AskRegions();
       return not_yet;
@@ -129,7 +149,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneFetch::Unpacked() {
 std::unique_ptr<SceneKeeper> SceneFetch::TakeKeeper() {
   if (!from_regions() || cache_dir_.empty()) return nullptr;
   unpacker_.reset();  // it reads the bytes
-  return std::make_unique<SceneKeeper>(KeptFile(), sha256_, std::move(bytes_));
+  return std::make_unique<SceneKeeper>(KeptFile(), std::move(bytes_));
 }
 
 }  // namespace tessera::client

@@ -4,8 +4,8 @@
 // Reading, checking and unpacking a large scene takes a tenth of a second, so they go on a little with each poll (Go),
 // counted by a WorkBudget. Parts of the regions come in the order of their places; what overlaps is passed over, so
 // that one region may go on where another stopped. The whole must have the SHA-256 that its parts named. A kept file
-// begins with that digest, so a damaged one is found, and the scene is fetched; whatever goes wrong with the folder
-// costs no more than that.
+// begins with a sum of its own (kept_sum.h), so a damaged one is found, and the scene is fetched; whatever goes wrong
+// with the folder costs no more than that.
 //
 // Thread rule: one thread at a time. The constructor, Go and the keeper touch files.
 #pragma once
@@ -18,6 +18,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "client_sdk/kept_sum.h"
 #include "client_sdk/scene_keeper.h"
 #include "client_sdk/work_budget.h"
 #include "core/replication/scene_transfer.h"
@@ -56,6 +57,7 @@ class SceneFetch {
   void ReadKept(WorkBudget& budget);
   void AskRegions();
   void Check(WorkBudget& budget);
+  bool IsAsExpected();  // once all is summed
   absl::StatusOr<std::shared_ptr<const Scene>> Unpacked();
 
   std::string scene_hash_, cache_dir_;
@@ -63,9 +65,10 @@ class SceneFetch {
   From source_of_bytes_ = From::kRegions;
   std::ifstream kept_;
   std::uint64_t total_ = 0;
-  replication::Digest sha256_{};
+  replication::Digest expected_{};  // the sum of the bytes
   std::vector<std::uint8_t> bytes_;
-  Sha256 sum_;
+  Sha256 sum_;         // of what regions sent
+  KeptSum kept_sum_;  // of a kept file
   std::size_t summed_ = 0;
   std::unique_ptr<SceneUnpacker> unpacker_;
   std::shared_ptr<const LevelIndex> index_;

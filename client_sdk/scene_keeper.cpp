@@ -12,18 +12,23 @@ namespace tessera::client {
 namespace {
 
 constexpr std::size_t kKeptAtOnce_bytes = std::size_t{64} * 1024;
-constexpr std::int64_t kKeptAUnit_bytes = 8;  // the kernel takes a gigabyte a second
+constexpr std::int64_t kKeptAUnit_bytes = 4;  // the kernel and the sum take a gigabyte a second each
 
 }  // namespace
 
-SceneKeeper::SceneKeeper(std::string file, const replication::Digest& sha256, std::vector<std::uint8_t> bytes)
+SceneKeeper::SceneKeeper(std::string file, std::vector<std::uint8_t> bytes, std::optional<replication::Digest> sum)
     : file_(std::move(file)),
       part_(absl::StrCat(file_, ".", std::chrono::steady_clock::now().time_since_epoch().count(), ".part")),
-      bytes_(std::move(bytes)) {
+      bytes_(std::move(bytes)),
+      given_(sum) {
   std::error_code error;
   std::filesystem::create_directories(FilePath(file_).parent_path(), error);
   out_.open(FilePath(part_), std::ios::binary | std::ios::trunc);
-  out_.write(reinterpret_cast<const char*>(sha256.data()), static_cast<std::streamsize>(sha256.size()));
+  Begin(given_.value_or(replication::Digest()));
+}
+
+void SceneKeeper::Begin(const replication::Digest& sum) {
+  out_.write(reinterpret_cast<const char*>(sum.data()), static_cast<std::streamsize>(sum.size()));
 }
 
 SceneKeeper::~SceneKeeper() {
@@ -42,8 +47,13 @@ bool SceneKeeper::Go(WorkBudget& budget) {
     if (!budget.left()) return false;
     const std::size_t size = std::min(kKeptAtOnce_bytes, bytes_.size() - written_);
     out_.write(reinterpret_cast<const char*>(bytes_.data() + written_), static_cast<std::streamsize>(size));
+    if (!given_) sum_.Add(std::span(bytes_).subspan(written_, size));
     written_ += size;
     budget.Spend(static_cast<std::int64_t>(size) / kKeptAUnit_bytes);
+  }
+  if (!given_) {
+    out_.seekp(0);
+    Begin(sum_.Finish());
   }
   out_.close();
   std::error_code error;

@@ -208,7 +208,7 @@ bool TileStore::Read(TimePoint now, Fetch& fetch, WorkBudget& budget) {
   bytes_here_ += fetch.bytes.size();
   fetch.unpacker.reset();
   if (!fetch.from_folder && !cache_dir_.empty()) {
-    keeper_ = std::make_unique<SceneKeeper>(FileOf(fetch.tile), EntryOf(fetch.tile).sha256, std::move(fetch.bytes));
+    keeper_ = std::make_unique<SceneKeeper>(FileOf(fetch.tile), std::move(fetch.bytes), EntryOf(fetch.tile).sha256);
   }
   return true;
 }

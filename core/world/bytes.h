@@ -125,15 +125,17 @@ class ByteReader {
   std::uint32_t U32() { return Fixed<std::uint32_t>(); }
   std::uint64_t U64() { return Fixed<std::uint64_t>(); }
   std::uint64_t Varint() {
-    std::uint64_t v = 0;
-    for (unsigned shift = 0; shift < 64; shift += 7) {
-      const std::uint8_t byte = U8();
-      if (shift == 63 && byte > 1) break;
-      v |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
-      if (byte < 0x80) return ok_ ? v : 0;
+    if (remaining() >= kMaxVarintBytes && ok_) {
+      const std::uint8_t* const in = bytes_.data() + at_;
+      std::uint64_t v = 0;
+      for (std::size_t i = 0; i + 1 < kMaxVarintBytes; ++i) {
+        v |= static_cast<std::uint64_t>(in[i] & 0x7f) << (7 * i);
+        if (in[i] >= 0x80) continue;
+        at_ += i + 1;
+        return v;
+      }
     }
-    Fail(kOutOfRange);
-    return 0;
+    return CheckedVarint();
   }
   // The next id of a list that ascends: the one before plus a difference that is not 0 and does not wrap. Without one
   // this is false, and `last` stays.
@@ -190,6 +192,19 @@ class ByteReader {
  private:
   static constexpr const char* kTruncated = "truncated";
   static constexpr const char* kOutOfRange = "out of range";
+  static constexpr std::size_t kMaxVarintBytes = 10;
+
+  std::uint64_t CheckedVarint() {
+    std::uint64_t v = 0;
+    for (unsigned shift = 0; shift < 64; shift += 7) {
+      const std::uint8_t byte = U8();
+      if (shift == 63 && byte > 1) break;
+      v |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
+      if (byte < 0x80) return ok_ ? v : 0;
+    }
+    Fail(kOutOfRange);
+    return 0;
+  }
 
   template <class U>
   U Fixed() {

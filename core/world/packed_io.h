@@ -136,6 +136,20 @@ class PackReader {
     Number(field, number, low, high);
     v = Id<Tag, U>(number);
   }
+  // Numbers of which none is above `high`, for what comes in millions. False: nothing was read; Number says what is
+  // wrong with which.
+  template <std::size_t kCount>
+  bool Numbers(std::array<std::uint32_t, kCount>& numbers, std::uint64_t high) {
+    ByteReader ahead = in_;
+    for (std::uint32_t& number : numbers) {
+      const std::uint64_t read = ahead.Varint();
+      if (read > high) return false;
+      number = static_cast<std::uint32_t>(read);
+    }
+    if (!ok() || !ahead.ok()) return false;
+    in_ = ahead;
+    return true;
+  }
   template <class E>
   void Choice(const char* field, E& v, E last) {
     const std::uint8_t choice = in_.U8();

@@ -62,7 +62,11 @@ struct FormVisitor {
   template <class Io, class T, class S>
   static void Triangle(Io& io, T& triangle, const S& s) {
     const std::uint64_t last = s.vertices.empty() ? 0 : s.vertices.size() - 1;
-    for (auto& corner : triangle) io.Number("corner", corner, 0, last);
+    bool read = false;
+    if constexpr (Io::kReads) read = io.Numbers(triangle, last);
+    for (auto& corner : triangle) {
+      if (!read) io.Number("corner", corner, 0, last);
+    }
     if constexpr (Io::kReads) {
       const auto& v = s.vertices;
       if (io.ok() && !HasArea(v[triangle[0]], v[triangle[1]], v[triangle[2]])) io.Fail("area", "there is none");

@@ -36,10 +36,4 @@ double LeastThicknessOf(const std::vector<Vec3f>& points) {
   return std::max(kMinExtent_m, kFlat * furthest);
 }
 
-bool HasArea(Vec3f a, Vec3f b, Vec3f c) {
-  const Vec3d ab(b - a), ac(c - a), bc(c - b);
-  const double longest = std::max({LengthSquared(ab), LengthSquared(ac), LengthSquared(bc)});
-  return Length(Cross(ab, ac)) > 1e-7 * longest;
-}
-
 }  // namespace tessera

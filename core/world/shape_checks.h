@@ -3,6 +3,7 @@
 // For use inside core/world only. Thread rule: free functions on values.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/world/math.h"
@@ -16,6 +17,10 @@ double ThicknessOf(const std::vector<Vec3f>& points);
 double LeastThicknessOf(const std::vector<Vec3f>& points);
 
 // False for a triangle that is flatter than float coordinates resolve: its normal would be noise.
-bool HasArea(Vec3f a, Vec3f b, Vec3f c);
+inline bool HasArea(Vec3f a, Vec3f b, Vec3f c) {
+  const Vec3d ab(b - a), ac(c - a), bc(c - b);
+  const double longest = std::max({LengthSquared(ab), LengthSquared(ac), LengthSquared(bc)});
+  return LengthSquared(Cross(ab, ac)) > 1e-14 * longest * longest;
+}
 
 }  // namespace tessera
