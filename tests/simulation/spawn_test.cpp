@@ -13,8 +13,8 @@ using ::testing::IsEmpty;
 
 constexpr double kArena_m = 40;  // half the ground's side
 
-// In each region and second 125 balls for half a minute, anywhere in the world, which live for a second or two: half of
-// them expire, the others are removed by a timer, wherever they are then.
+// In each region and second 125 balls, anywhere in the world, which live for a second or two: half of them expire, the
+// others are removed by a timer, wherever they are then.
 constexpr char kFountain[] = R"(
   local function anywhere() return (world.random() - 0.5) * 76 end
   function on_tick()
@@ -86,11 +86,11 @@ class SpawnSimulationTest : public ::testing::Test {
 TEST_F(SpawnSimulationTest, NothingThatClientsKnowOfIsLostOrComesBackWhenRegionsDie) {
   const auto instance = Begin(3);
   Simulation& simulation = *instance->simulation;
-  simulation.RunTo(Tick(600));
-  simulation.Kill(RegionId(2));
   simulation.RunTo(Tick(1200));
+  simulation.Kill(RegionId(2));
+  simulation.RunTo(Tick(2400));
   simulation.Kill(RegionId(4));
-  simulation.RunTo(Tick(1800));
+  simulation.RunTo(Tick(3600));  // a minute
   ExpectSound(*instance);
   EXPECT_EQ(instance->control->totals().failovers, 2U);
   const InvariantChecker::Made& made = simulation.invariants().made();
