@@ -49,9 +49,9 @@ inline constexpr Duration kFetchRetry = std::chrono::milliseconds(500);
 // One call for a scene, and the largest message (a scene with its meshes, a set of orders with their maps).
 inline constexpr Duration kFetchTimeout = std::chrono::seconds(30);
 inline constexpr int kMaxMessageBytes = 256 << 20;
-// What a worker may say at once: an inventory of a million bodies is some 20 MB, a report that lists ten thousand
-// players 30 KB. The control plane's stream takes 64 MiB, and one that says more would take all others of its host from
-// it.
+// A worker says so much at once, at the most: an inventory of a million bodies is some 20 MB, a report that lists ten
+// thousand players 30 KB. The control plane's stream takes 64 MiB, and one that says more would take all others of its
+// host from it.
 inline constexpr int kMaxWorkerMessageBytes = 32 << 20;
 inline constexpr std::size_t kMaxReportBytes = std::size_t{2} << 20;
 

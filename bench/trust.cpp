@@ -43,12 +43,8 @@ struct TrustScene {
   absl::Status (*run)(const TrustSize&, Report&);
 };
 
-constexpr TrustScene kTrustScenes[] = {{"attacks", RunAttacks},
-                                       {"create", RunCreate},
-                                       {"ticks", RunFloodedTicks},
-                                       {"evict", RunEvictions},
-                                       {"full", RunFull},
-                                       {"churn", RunChurn}};
+constexpr TrustScene kTrustScenes[] = {{"attacks", RunAttacks}, {"create", RunCreate}, {"ticks", RunFloodedTicks},
+                                       {"evict", RunEvictions}, {"full", RunFull},     {"churn", RunChurn}};
 
 absl::Status TryScene(const TrustScene& scene, const TrustSize& size, Report& report) {
   try {

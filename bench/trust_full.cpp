@@ -24,7 +24,8 @@ constexpr std::uint32_t kFillThreads = 16;
 // Guests join from threads of their own until `players` have.
 class WorldFilling {
  public:
-  WorldFilling(std::string control, std::string instance) : control_(std::move(control)), instance_(std::move(instance)) {}
+  WorldFilling(std::string control, std::string instance)
+      : control_(std::move(control)), instance_(std::move(instance)) {}
 
   // How long each of the next `players` took, s.
   std::vector<double> Join(std::uint32_t players) {
@@ -92,7 +93,8 @@ absl::Status RunFull(const TrustSize& size, Report& report) {
   const double filled_s = std::chrono::duration<double>(Clock::now() - begin).count();
   const std::string refusal = filling.Refusal();
   if (refusal.find("is full") == std::string::npos) {
-    return absl::InternalError(fmt::format("one more than {} is not refused as it should: \"{}\"", size.full_players, refusal));
+    return absl::InternalError(
+        fmt::format("one more than {} is not refused as it should: \"{}\"", size.full_players, refusal));
   }
   const v1::Instance now = stage.World(world);
   const std::string config = fmt::format("players={}", size.full_players);
@@ -100,7 +102,8 @@ absl::Status RunFull(const TrustSize& size, Report& report) {
   report.Add("full", kTrustEngine, config, "filled_s", filled_s, "s");
   report.Add("full", kTrustEngine, config, "control_memory_mb", stage.ControlMegabytes() - before_mb, "MB");
   double p99_s = 0;
-  for (const v1::RegionStatus& region : now.region_status()) p99_s = std::max(p99_s, region.report().step().p99_seconds());
+  for (const v1::RegionStatus& region : now.region_status())
+    p99_s = std::max(p99_s, region.report().step().p99_seconds());
   report.Add("full", kTrustEngine, config, "tick_ms_p99", 1e3 * p99_s, "ms");
   if (now.state() == v1::INSTANCE_STATE_RUNNING) return absl::OkStatus();
   return absl::InternalError(fmt::format("full: the world is no more RUNNING: {}", now.reason()));

@@ -113,13 +113,15 @@ std::string DescribeInstance(const v1::Instance& instance) {
   std::string out = fmt::format("Name:     {}\nState:    {}\n", instance.id(), local::InstanceStateName(instance));
   if (!instance.reason().empty()) out += fmt::format("Reason:   {}\n", instance.reason());
   out += fmt::format(
-      "Scene:    {} ({})\nGame:     {}\nRegions:  {}\nPlayers:  {} of {} expected, at most {}{}\nMap:      version {}\nAge:      "
+      "Scene:    {} ({})\nGame:     {}\nRegions:  {}\nPlayers:  {} of {} expected, at most {}{}\nMap:      version "
+      "{}\nAge:      "
       "{}\n"
       "Pace:     {}\nGhosts:   {} deep, whole up to {}\nThreads:  {} a region\n{}\n",
       instance.scene_name(), instance.scene_hash().substr(0, 12), GameLine(instance), instance.regions(),
-      instance.players(), instance.expected_players(), instance.max_players(), instance.guests() ? "" : ", no guests", instance.map().version(),
-      FormatAge(AgeSeconds(instance.create_time())), PaceLine(instance), instance.borders().ghost_depth(),
-      instance.borders().whole_up_to(), instance.region_threads(), WorldLine(instance));
+      instance.players(), instance.expected_players(), instance.max_players(), instance.guests() ? "" : ", no guests",
+      instance.map().version(), FormatAge(AgeSeconds(instance.create_time())), PaceLine(instance),
+      instance.borders().ghost_depth(), instance.borders().whole_up_to(), instance.region_threads(),
+      WorldLine(instance));
   return out + RegionTable(instance) + Health(instance);
 }
 

@@ -257,7 +257,7 @@ bool Ground::Cut(WorkBudget& budget) {
   return search.found = true;
 }
 
-// What would overdraw the rest of a budget of which something was spent waits for the next one.
+// Where something of a budget was spent and the rest is too little, the next one is waited for.
 bool Ground::Build(physics::World& world, WorkBudget& budget) {
   Search& search = *search_;
   for (; !search.parts.empty(); search.parts.pop_back()) {

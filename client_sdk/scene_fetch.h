@@ -67,8 +67,8 @@ class SceneFetch {
   std::uint64_t total_ = 0;
   replication::Digest expected_{};  // the sum of the bytes
   std::vector<std::uint8_t> bytes_;
-  Sha256 sum_;         // of what regions sent
-  KeptSum kept_sum_;  // of a kept file
+  Sha256 sum_;        // over what regions sent
+  KeptSum kept_sum_;  // over a kept file
   std::size_t summed_ = 0;
   std::unique_ptr<SceneUnpacker> unpacker_;
   std::shared_ptr<const LevelIndex> index_;

@@ -4,8 +4,8 @@
 //   while (!keeper.Go(budget)) ...                      // once a poll
 //
 // The file has another name until it is whole, so a file of the right name is a whole one; without an end the part is
-// removed. It begins with the sum of the rest (kept_sum.h), or with the one that is given. Whatever goes wrong costs no more than that the scene is fetched again.
-// Thread rule: one thread at a time; Go touches files.
+// removed. It begins with the sum of the rest (kept_sum.h), or with the one that is given. Whatever goes wrong costs no
+// more than that the scene is fetched again. Thread rule: one thread at a time; Go touches files.
 #pragma once
 
 #include <cstdint>

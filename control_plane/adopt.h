@@ -30,8 +30,8 @@ using HostOfAddress = std::function<std::string(const std::string& address)>;
 // with those of a plan under way and the dead of a failover: how many an operator asked for since is in no order.
 records::Instance AdoptOrders(const records::Instance& old, std::span<const HeldOrder> orders,
                               const HostOfAddress& host_at);
-// The players that the newest of the orders names. What no order says is as before, who they are by their tickets; their
-// names and properties are in the orders of the regions that make their bodies.
+// The players that the newest of the orders names. What no order says is as before, who they are by their tickets;
+// their names and properties are in the orders of the regions that make their bodies.
 Players AdoptPlayers(const Players& old, std::span<const HeldOrder> orders);
 
 }  // namespace tessera::control

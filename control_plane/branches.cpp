@@ -18,7 +18,7 @@ const v1::Branch* BranchOf(const records::Instance& record, std::uint32_t number
 }  // namespace
 
 void BeginBranch(const records::Manifest& manifest, records::Instance& next) {
-  std::map<std::uint32_t, std::uint64_t> last_ticks;  // of the branches on the way here
+  std::map<std::uint32_t, std::uint64_t> last_ticks;  // for each branch on the way here
   v1::Branch from = manifest.branch();
   std::uint64_t tick = manifest.tick();
   // The first branch has number 0 and no parent.

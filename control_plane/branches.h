@@ -19,7 +19,7 @@ using Checkpoints = google::protobuf::RepeatedPtrField<v1::Checkpoint>;
 // Begins one from the checkpoint of the manifest, and marks which of the record's checkpoints are before it.
 void BeginBranch(const records::Manifest& manifest, records::Instance& next);
 
-// Of those that are not taken back the newest; null: there is none.
+// The newest of those that are not taken back; null: there is none.
 const v1::Checkpoint* NewestKept(const Checkpoints& checkpoints);
 // The one of that tick which is not taken back; null: there is none.
 const v1::Checkpoint* KeptOf(const Checkpoints& checkpoints, std::uint64_t tick);

@@ -50,8 +50,8 @@ absl::StatusOr<region::Resolution> ResolveFailover(const records::Instance& reco
 
 // Sets what ResolveFailover gave for the failover of `record`.
 records::Instance WithResolution(const records::Instance& record, const region::Resolution& resolution);
-// With it, the players: bodies that a dead region was to make, and had not made as far as anybody knows, are made by the
-// region that has the place now.
+// With it, the players: bodies that a dead region was to make, and had not made as far as anybody knows, are made by
+// the region that has the place now.
 Players WithNewSpawns(const Players& players, const records::Instance& record, const region::Resolution& resolution);
 
 // The failover of `record`, whose dead may or may not have been carried on by now.

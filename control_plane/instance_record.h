@@ -6,8 +6,8 @@
 #include "control_plane/control_records.pb.h"
 #include "control_plane/instance_plan.h"
 #include "control_plane/now.h"
-#include "control_plane/players.h"
 #include "control_plane/placement.h"
+#include "control_plane/players.h"
 #include "core/world/ids.h"
 #include "core/world/partition_map.h"
 

@@ -17,7 +17,7 @@ class MemoryStore final : public Store {
 
   // The next `count` transactions fail with kUnavailable and change nothing: a full disk, for tests.
   void FailNext(int count);
-  // Of all values that were put.
+  // The sizes of all values that were put.
   std::size_t bytes_written() const;
 
  private:

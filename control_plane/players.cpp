@@ -115,7 +115,8 @@ records::PlayerBucket Players::CopyOf(std::uint32_t index) const {
 }
 
 void Players::Keep(std::uint32_t index, records::PlayerBucket bucket) {
-  buckets_[index] = bucket.players().empty() ? nullptr : std::make_shared<const records::PlayerBucket>(std::move(bucket));
+  buckets_[index] =
+      bucket.players().empty() ? nullptr : std::make_shared<const records::PlayerBucket>(std::move(bucket));
 }
 
 }  // namespace tessera::control

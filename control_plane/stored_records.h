@@ -59,7 +59,7 @@ struct StoredContent {
 
 struct StoredPlayers {
   Players players;
-  std::array<Revision, Players::kBuckets> revisions{};  // of their buckets; kAbsent where it is empty
+  std::array<Revision, Players::kBuckets> revisions{};  // one for each bucket; kAbsent where it is empty
 };
 
 struct StoredRecords {

@@ -129,13 +129,13 @@ struct InstanceEntry {
   bool over_checkpoint_quota = false;  // its last one was too large, and was not made
 
   // Written by Reconciler.
-  // What orders follow before it is stored: a failover's resolution. None once any record was stored.
+  // Orders follow this before it is stored: a failover's resolution. None once any record was stored.
   struct Told {
     records::Instance record;
     Players players;
   };
   std::optional<Told> told;
-  std::string unstored;                   // why its last step is not in the store; empty: it is
+  std::string unstored;  // why its last step is not in the store; empty: it is
 
   std::string trouble;  // why its last step could not be taken; logged once
 };

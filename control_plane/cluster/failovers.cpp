@@ -190,8 +190,7 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
   auto resolved = ResolveFailover(record, watch.inventories());
   if (!resolved.ok()) return {.given_up = std::string(resolved.status().message())};
   told_[instance.number] = {record.map().version(), now.steady, *resolved};
-  return {.told = WithResolution(record, *resolved),
-          .players = WithNewSpawns(instance.players, record, *resolved)};
+  return {.told = WithResolution(record, *resolved), .players = WithNewSpawns(instance.players, record, *resolved)};
 }
 
 // True if all hosts of the living that can be told have been.

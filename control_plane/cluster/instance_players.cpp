@@ -20,7 +20,7 @@ namespace tessera::control {
 namespace {
 
 constexpr net::Generation kFirstGeneration(1);
-constexpr std::size_t kMostFatesInLines = 10;  // of one kind and moment that have a line each
+constexpr std::size_t kMostFatesInLines = 10;  // so many of one kind and moment have a line each
 
 absl::Status CheckOpen(const records::Instance& record, bool viewer) {
   const v1::InstanceState state = record.state();

@@ -72,7 +72,7 @@ class InstancePlayers {
     std::map<std::uint32_t, Left> left;
   };
 
-  using Fates = std::map<std::string, std::vector<std::uint32_t>>;  // what became of players, and whose
+  using Fates = std::map<std::string, std::vector<std::uint32_t>>;  // by what became of them: players' numbers
 
   absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name, const trust::Ticket* ticket);
   absl::StatusOr<v1::Player> Return(InstanceEntry& instance, std::uint32_t number);

@@ -48,8 +48,7 @@ void Instances::Adopt(InstanceEntry& instance, Now now) const {
 
 LifeFacts Instances::Facts(const InstanceEntry& instance, int waiting, Now now) const {
   const bool pending = instance.record.state() == v1::INSTANCE_STATE_PENDING;
-  const int there =
-      pending ? waiting + static_cast<int>(instance.players.present()) : ConnectedEverywhere(instance);
+  const int there = pending ? waiting + static_cast<int>(instance.players.present()) : ConnectedEverywhere(instance);
   LifeFacts facts;
   facts.workers = FactsOfWorkers(state_, instance);
   facts.players_ready = there >= static_cast<int>(instance.record.expected_players());

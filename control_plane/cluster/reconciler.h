@@ -38,7 +38,7 @@ class Reconciler {
   absl::Status Enter(Now now, InstanceEntry& instance, const records::Instance& next);
 
  private:
-  // What an instance is after one step.
+  // An instance after one step.
   struct Step {
     Step(records::Instance next) : record(std::move(next)) {}  // NOLINT(google-explicit-constructor): most are this
     Step(records::Instance next, std::optional<Players> with) : record(std::move(next)), players(std::move(with)) {}

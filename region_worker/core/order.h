@@ -86,7 +86,7 @@ struct Order {
   std::optional<PartitionMap> map;
   std::optional<Certified> certified;  // nothing: not yet
   std::vector<PeerAddress> peers;
-  std::vector<DeadRegion> revoked;  // lives that evicted hosts ran: no link to them is let in
+  std::vector<DeadRegion> revoked;     // lives that evicted hosts ran: no link to them is let in
   std::vector<OrderedPlayer> players;  // ascending by number
   bool run = false, stop = false;
   bool goes_on = false;  // with `stop`: the instance need not end

@@ -35,7 +35,7 @@ class PlayerRoster {
   std::uint64_t spawned() const { return spawned_; }  // bodies that were made here
 
  private:
-  // What has been done about one that the newest order names.
+  // How far the newest order was followed in one that it names.
   struct Known {
     PlayerNumber number;
     net::Generation generation{};  // the highest that was named
