@@ -75,7 +75,7 @@ inline constexpr std::chrono::milliseconds kModuleScanInterval{2000}, kModulePat
 
 // Address space of a worker that runs anything: stacks and arenas of its threads are reserved, and hardly used. Less,
 // and a small world's worker ends for want of it.
-inline constexpr std::uint64_t kLeastWorkerMemory_mb = 4096;
+inline constexpr std::uint64_t kLeastWorkerMemory_mb = 4096, kMostDefaultMemory_mb = 16'384;
 
 // Connections to the socket of workers: of one process, which dials anew before the old one is given up, and in all.
 // Beyond, they are closed unread: a worker that was taken over would exhaust this program's descriptors.

@@ -28,11 +28,12 @@ constexpr std::uint32_t kMaxCapacity = 10'000;
 // 90 days, and 4 s to 10 years: a shorter one would be asked for all the time.
 constexpr double kDefaultCertificateHours = 2160, kLeastCertificateHours = .001, kMostCertificateHours = 87'600;
 
-// Half of the machine's, so that no single worker takes it all, but no less than one needs with its threads' stacks.
+// Half of the machine's, so that no single worker takes it all, but no less than one needs with its threads' stacks,
+// and no more than a region of a million bodies has use for.
 std::uint64_t DefaultWorkerMegabytes() {
   const auto machine_mb =
       static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) >> 20;
-  return std::max(machine_mb / 2, kLeastWorkerMemory_mb);
+  return std::clamp(machine_mb / 2, kLeastWorkerMemory_mb, kMostDefaultMemory_mb);
 }
 
 struct AgentFlags {

@@ -154,7 +154,8 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 constexpr std::uint32_t kOtherTableBit = 0x40000000;  // system calls of x32
 constexpr std::uint32_t kCloneThread = CLONE_THREAD;
 
-// Never needed by a worker: other programs and processes, and parts of the kernel where faults were found before.
+// Never needed by a worker: other programs and processes, memory that does not count as its address space, and parts of
+// the kernel where faults were found before.
 constexpr std::array kRefused = {
     SYS_execve,
     SYS_execveat,
@@ -188,6 +189,10 @@ constexpr std::array kRefused = {
     SYS_process_madvise,
     SYS_open_by_handle_at,
     SYS_tkill,
+    SYS_memfd_create,
+    SYS_shmget,
+    SYS_msgget,
+    SYS_mq_open,
 #ifdef SYS_fork
     SYS_fork,
     SYS_vfork,

@@ -3,10 +3,13 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/ipc.h>
 #include <sys/mman.h>
+#include <sys/msg.h>
 #include <sys/prctl.h>
 #include <sys/ptrace.h>
 #include <sys/resource.h>
+#include <sys/shm.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
 #include <sys/wait.h>
@@ -179,6 +182,10 @@ TEST_F(SandboxTest, MemoryHasAnEnd) {
                      int pieces = 0;
                      while (pieces < 64 && map(std::size_t{64} << 20, MAP_PRIVATE)) ++pieces;
                      a.Refused("4 GB in pieces", pieces < 16);
+                     a.Refused("a file in memory", memfd_create("memory", 0) < 0);
+                     a.Refused("memory that has a key",
+                               shmget(IPC_PRIVATE, std::size_t{1} << 20, IPC_CREAT | 0600) < 0);
+                     a.Refused("a queue of the kernel", msgget(IPC_PRIVATE, IPC_CREAT | 0600) < 0);
                      const rlimit more{.rlim_cur = RLIM_INFINITY, .rlim_max = RLIM_INFINITY};
                      // Root may raise a limit; a worker's user may not.
                      if (geteuid() != 0) a.Refused("raise the limit", setrlimit(RLIMIT_AS, &more) != 0);
