@@ -14,6 +14,7 @@ constexpr TrustSize kTrustFull{.calls = 2000,
                                .lease_requests = 1'000'000,
                                .join_threads = 16,
                                .joins_each = 300,
+                               .starts = 20,
                                .creations = 20,
                                .rounds = 6,
                                .span_s = 10,
@@ -28,6 +29,7 @@ constexpr TrustSize kTrustQuick{.calls = 300,
                                 .lease_requests = 100'000,
                                 .join_threads = 8,
                                 .joins_each = 50,
+                                .starts = 3,
                                 .creations = 3,
                                 .rounds = 2,
                                 .span_s = 4,
@@ -43,8 +45,9 @@ struct TrustScene {
   absl::Status (*run)(const TrustSize&, Report&);
 };
 
-constexpr TrustScene kTrustScenes[] = {{"attacks", RunAttacks}, {"create", RunCreate}, {"ticks", RunFloodedTicks},
-                                       {"evict", RunEvictions}, {"full", RunFull},     {"churn", RunChurn}};
+constexpr TrustScene kTrustScenes[] = {{"attacks", RunAttacks},    {"start", RunStart},     {"create", RunCreate},
+                                       {"ticks", RunFloodedTicks}, {"evict", RunEvictions}, {"full", RunFull},
+                                       {"churn", RunChurn}};
 
 absl::Status TryScene(const TrustScene& scene, const TrustSize& size, Report& report) {
   try {

@@ -13,6 +13,7 @@ inline constexpr const char* kTrustEngine = "tessera";
 struct TrustSize {
   std::uint32_t calls;  // an operator makes so many without an attack
   std::uint32_t import_mb, lease_requests, join_threads, joins_each;
+  std::uint32_t starts;     // so many fresh clusters
   std::uint32_t creations;  // by each door
   std::uint32_t rounds;     // pairs of a quiet and a flooded span
   double span_s;
@@ -22,6 +23,7 @@ struct TrustSize {
 };
 
 absl::Status RunAttacks(const TrustSize& size, Report& report);
+absl::Status RunStart(const TrustSize& size, Report& report);
 absl::Status RunCreate(const TrustSize& size, Report& report);
 absl::Status RunFloodedTicks(const TrustSize& size, Report& report);
 absl::Status RunEvictions(const TrustSize& size, Report& report);

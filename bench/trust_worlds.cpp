@@ -29,7 +29,7 @@ using std::chrono::milliseconds;
 
 constexpr double kHellosPerSecond = 100'000;
 constexpr std::size_t kStrangersAddresses = 256;
-constexpr char kTickHistogram[] = "tessera_region_step_seconds";
+constexpr char kTickHistogram[] = "tessera_region_step_seconds", kLateTicks[] = "tessera_region_late_ticks_total";
 
 // Runs until it is destroyed; `per_second` is then how many datagrams went out.
 class TickFlood {
@@ -109,10 +109,17 @@ Samples Metrics(const std::string& address) {
 }
 
 struct TickSpan {
-  double p99_s = 0, flood_per_s = 0;
+  double p99_s = 0, neighbours_p99_s = 0;
+  double late_ticks = 0;  // in both regions
+  double flood_per_s = 0;
 };
 
-TickSpan MeasureTicks(local::WorldRun& run, const std::string& metrics, double seconds, const TickFlood::Run& flood) {
+// The metrics of the region that is flooded, and of its neighbour.
+struct TickMetrics {
+  std::string flooded, neighbour;
+};
+
+TickSpan MeasureTicks(local::WorldRun& run, const TickMetrics& metrics, double seconds, const TickFlood::Run& flood) {
   std::unique_ptr<TickFlood> flooding;
   if (flood) flooding = std::make_unique<TickFlood>(flood);
   const auto play = [&](double span_s) {
@@ -122,18 +129,24 @@ TickSpan MeasureTicks(local::WorldRun& run, const std::string& metrics, double s
     }
   };
   play(seconds / 4);  // the flood is at its height
-  const Samples before = Metrics(metrics);
+  const Samples before = Metrics(metrics.flooded), neighbours_before = Metrics(metrics.neighbour);
   play(seconds);
-  const Samples after = Metrics(metrics);
-  return {QuantileBetween(before, after, kTickHistogram, 0.99), flooding ? flooding->Stop() : 0};
+  const Samples after = Metrics(metrics.flooded), neighbours_after = Metrics(metrics.neighbour);
+  return {
+      QuantileBetween(before, after, kTickHistogram, 0.99),
+      QuantileBetween(neighbours_before, neighbours_after, kTickHistogram, 0.99),
+      after.at(kLateTicks) - before.at(kLateTicks) + neighbours_after.at(kLateTicks) - neighbours_before.at(kLateTicks),
+      flooding ? flooding->Stop() : 0};
 }
 
 }  // namespace
 
 absl::Status RunFloodedTicks(const TrustSize& size, Report& report) {
-  local::WorldRun run({.scene = local::FindScene("plaza"), .regions = 1, .bodies = size.bodies, .bots = 2});
-  const v1::RegionAddress address = run.Latest().region_status(0).report().address();
-  const std::string metrics = fmt::format("127.0.0.1:{}", address.metrics_port());
+  local::WorldRun run({.scene = local::FindScene("plaza"), .regions = 2, .bodies = size.bodies, .bots = 2});
+  const v1::Instance world = run.Latest();
+  const v1::RegionAddress address = world.region_status(0).report().address();
+  const TickMetrics metrics{fmt::format("127.0.0.1:{}", address.metrics_port()),
+                            fmt::format("127.0.0.1:{}", world.region_status(1).report().address().metrics_port())};
   const std::string control = run.cluster().control_address(), instance = run.instance_id();
   const auto port = static_cast<std::uint16_t>(address.game_port());
   const std::vector<std::pair<std::string, TickFlood::Run>> floods = {
@@ -141,19 +154,25 @@ absl::Status RunFloodedTicks(const TrustSize& size, Report& report) {
       {"player", [&](const std::atomic<bool>& stopped) { return FloodAsPlayer(control, instance, stopped); }}};
   MeasureTicks(run, metrics, size.span_s, {});  // bodies are on their way
   for (const auto& [config, flood] : floods) {
-    std::vector<double> ratios, quiet_ms, flooded_ms, rates;
+    std::vector<double> ratios, neighbours, quiet_ms, flooded_ms, rates, late_quiet, late;
     for (std::uint32_t round = 0; round < size.rounds; ++round) {
       const TickSpan quiet = MeasureTicks(run, metrics, size.span_s, {});
       const TickSpan flooded = MeasureTicks(run, metrics, size.span_s, flood);
       quiet_ms.push_back(1e3 * quiet.p99_s);
       flooded_ms.push_back(1e3 * flooded.p99_s);
       ratios.push_back(flooded.p99_s / quiet.p99_s);
+      neighbours.push_back(flooded.neighbours_p99_s / quiet.neighbours_p99_s);
+      late_quiet.push_back(quiet.late_ticks);
+      late.push_back(flooded.late_ticks);
       rates.push_back(flooded.flood_per_s);
     }
     report.Add("ticks", kTrustEngine, config, "tick_p99_ratio", Median(ratios), "1");
     report.Add("ticks", kTrustEngine, config, "tick_p99_ratio_highest", Quantile(ratios, 1), "1");
     report.Add("ticks", kTrustEngine, config, "tick_p99_quiet_ms", Median(quiet_ms), "ms");
     report.Add("ticks", kTrustEngine, config, "tick_p99_ms", Median(flooded_ms), "ms");
+    report.Add("ticks", kTrustEngine, config, "neighbour_p99_ratio", Median(neighbours), "1");
+    report.Add("ticks", kTrustEngine, config, "late_ticks_quiet", Median(late_quiet), "1");
+    report.Add("ticks", kTrustEngine, config, "late_ticks", Median(late), "1");
     report.Add("ticks", kTrustEngine, config, "flood_per_s", Median(rates), "1");
     std::cerr << fmt::format("trust: ticks: {}: ratio {:.2f} at {:.0f} a second\n", config, Median(ratios),
                              Median(rates));

@@ -20,7 +20,7 @@ void ClientSide::Open(const OpenPorts& action, const net::EndpointIdentity& self
   scene_desk_.emplace(core.scene(), scene_hash);
 }
 
-bool ClientSide::Service(WorkerCore& core, TimePoint now) {
+void ClientSide::Service(WorkerCore& core, TimePoint now) {
   const RegionRun* run = core.run();
   const Tick tick = run != nullptr ? run->region().tick() : Tick();
   const bool started = run != nullptr && run->ticks().running();
@@ -31,7 +31,6 @@ bool ClientSide::Service(WorkerCore& core, TimePoint now) {
   for (const auto& [player, event] : from_clients.event_acknowledgements) core.AcknowledgeEvents(player, event);
   core.SetConnected(port_.players());
   ServeScene(from_clients, now);
-  return from_clients.any;
 }
 
 void ClientSide::TakeInput(WorkerCore& core, const PlayerInput& input, TimePoint now) {

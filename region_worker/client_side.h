@@ -35,8 +35,8 @@ class ClientSide {
   // From now on clients may come in. `core` has a world by now, and outlives this. Once. `quiet`: as in GameRules.
   void Open(const OpenPorts& action, const net::EndpointIdentity& self, WorkerCore& core, const std::string& scene_hash,
             bool quiet = false);
-  // Takes in what has come, for the core, without waiting. True if anything came.
-  bool Service(WorkerCore& core, TimePoint now);
+  // Takes in what has come, for the core, without waiting.
+  void Service(WorkerCore& core, TimePoint now);
   // No tick shows the world to who comes while it is paused.
   void GreetInPause(const RegionRun& run);
 

@@ -71,7 +71,6 @@ ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
   DropSilent(now);
   CountClients();
   metrics_.game_acceptor.Take(endpoint_->acceptor_stats(), endpoint_->receive_stats());
-  received.any = !events.empty();
   return received;
 }
 

@@ -87,7 +87,6 @@ struct ReceivedFromClients {
     net::PeerHandle from;
     replication::TileRequest request;
   };
-  bool any = false;                 // whether anything came, a connection included
   std::vector<PlayerInput> inputs;  // as the clients sent them, copies included
   std::vector<Acknowledgement> acknowledgements;
   std::vector<Command> commands;  // within the limits, copies included, in order

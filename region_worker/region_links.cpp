@@ -43,15 +43,13 @@ void RegionLinks::CutDial(RegionLink& link, RegionId region, std::string_view wh
   link.confirmed = false;
 }
 
-bool RegionLinks::Service(TimePoint now, const LinkTable& table, MapVersion map_version, const LinkEvents& events) {
+void RegionLinks::Service(TimePoint now, const LinkTable& table, MapVersion map_version, const LinkEvents& events) {
   const Round round{now, table, map_version, events};
-  const std::vector<net::Event> happened = endpoint_->Service(std::chrono::milliseconds(0));
-  for (const net::Event& event : happened) Handle(event, round);
+  for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) Handle(event, round);
   if (identity_ && !closed_) DialDue(round);
   DropSilentCallers(now);
   metrics_.link_acceptor.Take(endpoint_->acceptor_stats(), endpoint_->receive_stats());
   if (now >= show_at_) ShowRoundTrips(now);
-  return !happened.empty();
 }
 
 void RegionLinks::ShowRoundTrips(TimePoint now) {

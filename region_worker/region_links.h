@@ -54,9 +54,8 @@ class RegionLinks {
 
   // From now on hellos are answered and partners dialled. Once.
   void Open(LinkIdentity identity);
-  // Takes in what has come, without waiting, and dials as `table` says. `map_version` goes into hellos. True if
-  // anything had come.
-  bool Service(TimePoint now, const LinkTable& table, MapVersion map_version, const LinkEvents& events);
+  // Takes in what has come, without waiting, and dials as `table` says. `map_version` goes into hellos.
+  void Service(TimePoint now, const LinkTable& table, MapVersion map_version, const LinkEvents& events);
   // Reliably; lost when there is no link.
   void Send(RegionId to, std::span<const std::uint8_t> message);
   void Flush() { endpoint_->Flush(); }
