@@ -45,6 +45,7 @@ class TrustTest : public ::testing::Test {
     EXPECT_THAT(made.out, ::testing::HasSubstr(fingerprint_));
   }
   void TearDown() override {
+    second_agent_.reset();
     agent_.reset();
     control_.reset();
   }
@@ -67,16 +68,24 @@ class TrustTest : public ::testing::Test {
   }
   // An agent that joins by TLS, or has joined: until it is admitted, or has ended.
   bool StartAgent(const std::string& token, const std::vector<std::string>& more = {}) {
-    const std::string ready = folder_.path() + "/agent.json";
+    return LaunchAgent(agent_, "agent", 0, token, more);
+  }
+  bool StartSecondAgent(const std::string& token, const std::vector<std::string>& more = {}) {
+    return LaunchAgent(second_agent_, "second", 1, token, more);
+  }
+  // `name`: of its state folder and its log; `number`: of its ports.
+  bool LaunchAgent(std::optional<host::ChildProcess>& process, const std::string& name, int number,
+                   const std::string& token, const std::vector<std::string>& more) {
+    const std::string ready = folder_.path() + "/" + name + ".json";
     std::filesystem::remove(ready);
     const std::string token_file = folder_.path() + "/join-token";
     std::ofstream(token_file) << token << "\n";
-    const int first = 30'000 + getpid() % 20 * 100;
+    const int first = 30'000 + (getpid() % 20 * 2 + number) * 100;
     std::vector<std::string> argv = {support::BinaryPath("tessera-agent"),
                                      "--control",
                                      operators_,
                                      "--state-dir",
-                                     folder_.path() + "/agent",
+                                     folder_.path() + "/" + name,
                                      "--join-token-file",
                                      token_file,
                                      "--metrics-listen",
@@ -90,10 +99,10 @@ class TrustTest : public ::testing::Test {
                                      "--stop-workers",
                                      "--die-with-parent"};
     argv.insert(argv.end(), more.begin(), more.end());
-    auto agent = host::ChildProcess::Start({.argv = argv, .log_path = AgentLog()});
+    auto agent = host::ChildProcess::Start({.argv = argv, .log_path = folder_.path() + "/" + name + ".log"});
     EXPECT_TRUE(agent.ok()) << agent.status();
-    agent_ = *std::move(agent);
-    return agent_->WaitForFile(ready, kPatience);
+    process = *std::move(agent);
+    return process->WaitForFile(ready, kPatience);
   }
   std::string JoinToken(const std::string& name) {
     const support::RunResult added = Tessera({"-o", "json", "host", "add", name});
@@ -165,7 +174,7 @@ class TrustTest : public ::testing::Test {
   }
 
   const host::TemporaryFolder folder_;
-  std::optional<host::ChildProcess> control_, agent_;
+  std::optional<host::ChildProcess> control_, agent_, second_agent_;
   std::string socket_, operators_, players_, http_, fingerprint_;
 };
 
