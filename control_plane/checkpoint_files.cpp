@@ -1,7 +1,5 @@
 #include "control_plane/checkpoint_files.h"
 
-#include <algorithm>
-#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,7 +9,6 @@
 namespace tessera::control {
 namespace {
 
-constexpr char kMagic[] = "TESSERA CHECKPOINT 1\n";
 constexpr std::size_t kSumDigits = 64;
 
 std::string Summed(const std::string& bytes) { return Sha256Hex(bytes) + bytes; }
@@ -101,40 +98,5 @@ void CheckpointFiles::Remove(const std::string& instance, std::uint64_t tick) co
 void CheckpointFiles::RemoveAll(const std::string& instance) const { target_->RemoveAll(instance); }
 
 bool HasGameFile(const records::Manifest& manifest) { return !manifest.game_hash().empty() && !manifest.game_native(); }
-
-std::string Bundle(const records::Bundle& bundle) { return kMagic + Summed(bundle.SerializeAsString()); }
-
-absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes) {
-  if (!bytes.starts_with(kMagic)) return absl::InvalidArgumentError("file: is no checkpoint of this version");
-  const auto plain = Unsummed(bytes.substr(sizeof(kMagic) - 1));
-  if (!plain.ok()) return absl::DataLossError(absl::StrCat("file: ", plain.status().message()));
-  records::Bundle bundle;
-  if (!bundle.ParseFromString(*plain)) return absl::DataLossError("file: is no checkpoint");
-  std::set<std::string> names = {kSceneFile}, given;
-  if (HasGameFile(bundle.manifest())) names.insert(kGameFile);
-  for (const v1::MapRegion& region : bundle.manifest().map().regions()) names.insert(RegionFileName(region.id()));
-  for (const records::ManifestFile& file : bundle.manifest().files()) given.insert(file.name());
-  if (given != names || bundle.manifest().files_size() != static_cast<int>(names.size())) {
-    return absl::InvalidArgumentError("file: its files are not the scene, the game and one for each region of its map");
-  }
-  for (const records::ManifestFile& file : bundle.manifest().files()) {
-    const std::string* content = FindContent(bundle, file.name());
-    if (content == nullptr || Sha256Hex(*content) != file.hash()) {
-      return absl::DataLossError(absl::StrCat("file: ", file.name(), " is missing or damaged"));
-    }
-  }
-  return bundle;
-}
-
-void AddContent(records::Bundle& bundle, const std::string& name, std::string bytes) {
-  records::Bundle::Content& content = *bundle.add_contents();
-  content.set_name(name);
-  content.set_bytes(std::move(bytes));
-}
-
-const std::string* FindContent(const records::Bundle& bundle, const std::string& name) {
-  const auto found = std::ranges::find(bundle.contents(), name, &records::Bundle::Content::name);
-  return found == bundle.contents().end() ? nullptr : &found->bytes();
-}
 
 }  // namespace tessera::control

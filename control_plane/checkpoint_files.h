@@ -20,6 +20,7 @@
 #include "absl/status/statusor.h"
 #include "control_plane/checkpoint_target.h"
 #include "control_plane/control_records.pb.h"
+#include "control_plane/draft_file.h"
 
 namespace tessera::control {
 
@@ -31,6 +32,9 @@ class CheckpointFiles {
 
   // OK: a checkpoint of so many bytes can be made now; else why not.
   absl::Status CheckRoom(std::uint64_t bytes) const { return target_->CheckRoom(bytes); }
+
+  // For a file that comes in pieces, and is put when it is whole.
+  absl::StatusOr<DraftFile> NewDraft() const { return DraftFile::Create(target_->DraftFolder()); }
 
   // Adds a file to a checkpoint that is being made; it is kept on return. Putting it again replaces it.
   absl::Status Put(const std::string& instance, std::uint64_t tick, const std::string& name,
@@ -60,12 +64,5 @@ std::string RegionFileName(std::uint32_t region);  // "region-3"
 
 // A native game has none: it lies with the hosts.
 bool HasGameFile(const records::Manifest& manifest);
-
-// One checkpoint as one file, for another cluster, and back. DATA_LOSS or INVALID_ARGUMENT: "file: ...".
-std::string Bundle(const records::Bundle& bundle);
-absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes);
-void AddContent(records::Bundle& bundle, const std::string& name, std::string bytes);
-// Null without a file of that name.
-const std::string* FindContent(const records::Bundle& bundle, const std::string& name);
 
 }  // namespace tessera::control

@@ -1,4 +1,4 @@
-// Checkpoints on disk, and as one file.
+// Checkpoints on disk.
 #include "control_plane/checkpoint_files.h"
 
 #include <gmock/gmock.h>
@@ -61,48 +61,6 @@ TEST_F(CheckpointFilesTest, ForgetsWhatWasHalfMade) {
   files_ = *CheckpointFiles::Open(folder_);
   EXPECT_FALSE(std::filesystem::exists(folder_ + "/inst-1/.120"));
   EXPECT_EQ(files_->Check("inst-1", 120).code(), absl::StatusCode::kNotFound);
-}
-
-TEST(BundleTest, ComesBackWholeOrNotAtAll) {
-  records::Bundle bundle;
-  bundle.mutable_manifest()->set_tick(7);
-  records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
-  file.set_name("scene");
-  file.set_hash(Sha256Hex("s"));
-  AddContent(bundle, "scene", "s");
-  const std::string bytes = Bundle(bundle);
-  EXPECT_EQ(Unbundle(bytes)->manifest().tick(), 7u);
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    std::string damaged = bytes;
-    damaged[i] = static_cast<char>(damaged[i] ^ 0x20);
-    EXPECT_FALSE(Unbundle(damaged).ok()) << i;
-    EXPECT_FALSE(Unbundle(bytes.substr(0, i)).ok()) << i;
-  }
-}
-
-// Names come from outside, and become names of files.
-TEST(BundleTest, HoldsTheSceneAndOneFileForEachRegionAndNothingElse) {
-  records::Bundle bundle;
-  const auto add = [&](const std::string& name) {
-    records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
-    file.set_name(name);
-    file.set_hash(Sha256Hex("s"));
-    AddContent(bundle, name, "s");
-  };
-  bundle.mutable_manifest()->mutable_map()->add_regions()->set_id(2);
-  add("scene");
-  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
-  add("region-2");
-  EXPECT_TRUE(Unbundle(Bundle(bundle)).ok());
-  bundle.mutable_manifest()->set_game_hash("feed");
-  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument) << "its game is missing";
-  add("game");
-  EXPECT_TRUE(Unbundle(Bundle(bundle)).ok());
-  bundle.mutable_manifest()->set_game_native(true);
-  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument) << "hosts have that one";
-  bundle.mutable_manifest()->set_game_native(false);
-  add("../../control.db");
-  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST(CheckpointRoomTest, CheckpointsLeaveTheReserveToTheStore) {

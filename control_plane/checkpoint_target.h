@@ -41,6 +41,8 @@ class CheckpointTarget {
                                            const std::string& file) = 0;
   virtual void Remove(const std::string& instance, std::uint64_t tick) = 0;
   virtual void RemoveAll(const std::string& instance) = 0;
+  // A folder of this machine for files that are not whole yet.
+  virtual std::string DraftFolder() const = 0;
   // Calls that wait for the target end soon, with an error, and so do later ones.
   virtual void Stop() {}
 

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "control_plane/bundle.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_plane.h"
@@ -15,6 +16,7 @@
 #include "core/world/partition_io.h"
 #include "core/world/partition_map.h"
 #include "core/world/sha256.h"
+#include "host/temporary_folder.h"
 
 namespace tessera::control {
 namespace {
@@ -47,6 +49,7 @@ class HeldTarget final : public CheckpointTarget {
   }
   void Remove(const std::string& /*instance*/, std::uint64_t /*tick*/) override {}
   void RemoveAll(const std::string& /*instance*/) override {}
+  std::string DraftFolder() const override { return folder_.path(); }
   absl::StatusOr<std::vector<std::string>> Instances() override { return std::vector<std::string>(); }
 
   std::atomic<bool> held{false};
@@ -59,6 +62,7 @@ class HeldTarget final : public CheckpointTarget {
   }
 
   const std::string name_ = "held";
+  const host::TemporaryFolder folder_;
   std::mutex mutex_;
   std::map<std::string, std::string> files_;
 };
@@ -111,7 +115,12 @@ class CheckpointWaitsTest : public testing::Test {
       return 0;
     });
   }
-  absl::StatusOr<v1::Instance> Import() { return plane_->ImportCheckpoint({}, Bundle(TestBundle())); }
+  absl::StatusOr<v1::Instance> Import() {
+    auto draft = plane_->NewDraft();
+    EXPECT_TRUE(draft.ok()) << draft.status();
+    EXPECT_TRUE(draft->Append(Bundle(TestBundle())).ok());
+    return plane_->ImportCheckpoint({}, *draft);
+  }
   std::vector<v1::Instance> All() {
     return plane_->Call([](Cluster& cluster, Now) {
       std::vector<v1::Instance> all;

@@ -17,8 +17,10 @@
 #include <string>
 #include <thread>
 
+#include "control_plane/bundle.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/cluster/cluster.h"
+#include "control_plane/draft_file.h"
 #include "control_plane/pending_leases.h"
 
 namespace tessera::control {
@@ -94,8 +96,12 @@ class ControlPlane {
   absl::Status HandleAgentMessage(AgentStream& stream, const v1::AgentMessage& message);
 
   // --- Checkpoints.
+  // A file for what comes in pieces. FAILED_PRECONDITION: this control plane keeps no checkpoints.
+  absl::StatusOr<DraftFile> NewDraft() const;
+  // RESOURCE_EXHAUSTED: the disk has no room for it beside the store's reserve.
+  absl::Status AppendTo(DraftFile& draft, const std::string& piece) const;
   // Takes a region's file, whole. Errors are those of UploadCheckpoint.
-  absl::Status TakeUpload(const v1::UploadCheckpointRequest& request, const std::string& bytes);
+  absl::Status TakeUpload(const v1::UploadCheckpointRequest& request, const DraftFile& file);
   absl::StatusOr<std::string> StateFile(const v1::FetchStateRequest& request);
   // Waits until the checkpoint is on the disk. A change of who runs what is waited for, too, for kCheckpointTimeout.
   absl::StatusOr<v1::Checkpoint> CheckpointInstance(const v1::CheckpointInstanceRequest& request,
@@ -106,7 +112,7 @@ class ControlPlane {
                                                               const std::function<bool()>& given_up);
   absl::StatusOr<std::string> ExportCheckpoint(const v1::ExportCheckpointRequest& request);
   // `guests`: whether players may join the instance without a ticket.
-  absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const std::string& bytes,
+  absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const DraftFile& file,
                                                 bool guests = true);
 
   // --- Files of meshes: see cluster/visuals.h.
@@ -173,7 +179,7 @@ class ControlPlane {
   absl::Status WritePieces(const std::string& sha256, const std::string& bytes);
   absl::Status RemovePieces(const std::string& sha256);
   void RemoveVisual(const std::string& sha256);
-  absl::Status KeepImported(const std::string& id, const records::Bundle& bundle, Lock& lock);
+  absl::Status KeepImported(const std::string& id, const BundleReader& bundle, Lock& lock);
   absl::StatusOr<std::string> ContentBytes(const std::string& key);
   // The scene and game of a checkpoint.
   absl::StatusOr<Contents> KeptContents(const std::string& id, const records::Manifest& manifest) const;
@@ -200,6 +206,7 @@ class ControlPlane {
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;
   PendingWork pending_;
+  std::mutex uploads_mutex_;         // held by the one who has an upload in memory
   std::mutex visual_mutex_;          // held by who writes or removes pieces of a file; before mutex_
   std::set<std::string> importing_;  // instances whose files are being kept
   std::vector<std::chrono::nanoseconds> failovers_;

@@ -3,9 +3,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "control_plane/bundle.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_plane.h"
 #include "control_plane/id_ranges.h"
+#include "control_plane/message_cost.h"
 #include "core/world/partition_io.h"
 #include "core/world/sha256.h"
 
@@ -30,15 +32,31 @@ absl::Status NoFiles() { return absl::FailedPreconditionError("this control plan
 
 }  // namespace
 
-absl::Status ControlPlane::TakeUpload(const v1::UploadCheckpointRequest& request, const std::string& bytes) {
+absl::StatusOr<DraftFile> ControlPlane::NewDraft() const {
   if (!files_) return NoFiles();
+  return files_->NewDraft();
+}
+
+absl::Status ControlPlane::AppendTo(DraftFile& draft, const std::string& piece) const {
+  if (absl::Status room = files_->CheckRoom(piece.size()); !room.ok()) return room;
+  return draft.Append(piece);
+}
+
+absl::Status ControlPlane::TakeUpload(const v1::UploadCheckpointRequest& request, const DraftFile& file) {
   absl::Status status = Call([&](Cluster& cluster, Now now) { return cluster.CheckUpload(now, request); });
   if (!status.ok()) return status;
   const std::string& id = request.identity().instance_id();
-  if (bytes.size() != request.size() || Sha256Hex(bytes) != request.hash()) {
+  const auto hash = file.Hash(0, file.size());
+  if (!hash.ok()) return hash.status();
+  if (file.size() != request.size() || *hash != request.hash()) {
     return absl::InvalidArgumentError("data: has not the size and hash that were announced");
   }
-  status = files_->Put(id, request.tick(), RegionFileName(request.identity().region()), bytes);
+  {
+    const std::lock_guard one_in_memory(uploads_mutex_);
+    const auto bytes = file.Read(0, file.size());
+    if (!bytes.ok()) return bytes.status();
+    status = files_->Put(id, request.tick(), RegionFileName(request.identity().region()), *bytes);
+  }
   if (!status.ok()) return status;
   std::optional<records::Manifest> manifest =
       Call([&](Cluster& cluster, Now) { return cluster.NoteUploaded(request); });
@@ -187,27 +205,30 @@ absl::StatusOr<std::string> ControlPlane::ExportCheckpoint(const v1::ExportCheck
 }
 
 absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportCheckpointRequest& request,
-                                                            const std::string& bytes, bool guests) {
-  if (!files_) return NoFiles();
-  const auto bundle = Unbundle(bytes);
+                                                            const DraftFile& file, bool guests) {
+  const auto bundle = BundleReader::Open(file);
   if (!bundle.ok()) return bundle.status();
   const records::Manifest& manifest = bundle->manifest();
   auto map = FromProto(manifest.map());
   if (!map.ok()) return absl::InvalidArgumentError(absl::StrCat("file: map: ", map.status().message()));
   v1::CreateInstanceRequest create;
   create.set_request_id(request.request_id());
-  const std::string* scene = FindContent(*bundle, kSceneFile);
-  if (scene == nullptr || !create.mutable_spec()->mutable_scene()->ParseFromString(*scene)) {
-    return absl::InvalidArgumentError("file: has no scene");
+  {
+    const auto scene = bundle->Read(kSceneFile);
+    if (!scene.ok()) return scene.status();
+    if (!TakesAtMost(*scene, *v1::Scene::descriptor(), kMaxParsedBytes) ||
+        !create.mutable_spec()->mutable_scene()->ParseFromString(*scene)) {
+      return absl::InvalidArgumentError("file: has no scene that can be read");
+    }
   }
   if (manifest.game_native()) {
     create.mutable_spec()->mutable_native_game()->set_name(manifest.game_name());
     create.mutable_spec()->mutable_native_game()->set_hash(manifest.game_hash());
   } else if (HasGameFile(manifest)) {
-    const std::string* game = FindContent(*bundle, kGameFile);
-    if (game == nullptr) return absl::InvalidArgumentError("file: has no game");
+    auto game = bundle->Read(kGameFile);
+    if (!game.ok()) return game.status();
     create.mutable_spec()->mutable_game()->set_name(manifest.game_name());
-    create.mutable_spec()->mutable_game()->set_content(*game);
+    create.mutable_spec()->mutable_game()->set_content(*std::move(game));
     if (manifest.has_movement()) *create.mutable_spec()->mutable_movement() = manifest.movement();
   }
   create.mutable_spec()->set_regions(static_cast<std::uint32_t>(map->regions().size()));
@@ -220,7 +241,7 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   plan->restored = manifest;
   plan->bodies = Within(plan->bodies, manifest.bodies());
   std::uint64_t size = 0;
-  for (const records::ManifestFile& file : manifest.files()) size += file.size();
+  for (const records::ManifestFile& part : manifest.files()) size += part.size();
   Lock lock(mutex_);
   if (auto made = GetByRequestId(cluster_->state(), request.request_id()); made.ok()) return made;
   if (const absl::Status fits = cluster_->CheckCheckpointQuota(size); !fits.ok()) {
@@ -240,13 +261,14 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
 
 // Keeps the files of an instance that was just made, without the lock: whoever asks for one of them meanwhile is told
 // to ask again. Requires the lock.
-absl::Status ControlPlane::KeepImported(const std::string& id, const records::Bundle& bundle, Lock& lock) {
+absl::Status ControlPlane::KeepImported(const std::string& id, const BundleReader& bundle, Lock& lock) {
   importing_.insert(id);
   lock.unlock();
   absl::Status status;
   for (const records::ManifestFile& file : bundle.manifest().files()) {
     if (!status.ok()) break;
-    status = files_->Put(id, bundle.manifest().tick(), file.name(), *FindContent(bundle, file.name()));
+    const auto bytes = bundle.Read(file.name());
+    status = bytes.ok() ? files_->Put(id, bundle.manifest().tick(), file.name(), *bytes) : bytes.status();
   }
   std::uint64_t size = 0;
   if (status.ok()) {

@@ -14,7 +14,7 @@ int MillisecondsOf(Duration duration) {
   return static_cast<int>(std::chrono::milliseconds(duration).count());
 }
 
-// Whether the method keeps what it is sent in memory until it is whole.
+// Whether the method keeps what it is sent until it is whole.
 bool IsImport(std::string_view method) {
   return method == "InstanceService/ImportCheckpoint" || method == "VisualService/PutVisual";
 }
@@ -27,6 +27,11 @@ std::string AddressOf(const std::string& peer) { return peer.substr(0, peer.rfin
 std::size_t RequestLimit(std::string_view method) {
   if (method == "InstanceService/CreateInstance") return kMaxMessageBytes;
   return method == "InstanceService/SetGame" ? kGameRequestBytes : kRequestBytes;
+}
+
+std::size_t StreamMessageLimit(std::string_view method) {
+  if (method == "AgentLinkService/Attach") return kMaxMessageBytes;
+  return (method == "VisualService/PutVisual" ? kVisualPieceBytes : kPieceBytes) + kAroundPieceBytes;
 }
 
 void SetDoorLimits(grpc::ServerBuilder& builder, Door door) {

@@ -41,7 +41,8 @@ inline constexpr std::size_t kPlayersMemoryBytes = std::size_t{16} << 20, kOpera
 inline constexpr int kPlayersThreads = 256;
 
 // Calls of one service under way at once: of a token or a host, of one address at the players' door. Dashboards and
-// gateways share a token. Imports keep up to 512 MB each, files of meshes up to 64 MiB.
+// gateways share a token. Imports keep up to 512 MB each on the disk, files of
+// meshes up to 64 MiB in memory.
 inline constexpr int kCallsOfACaller = 256, kCallsOfAnAddress = 64, kImportsOfACaller = 2;
 
 // A request has at most so many bytes, measured before it is parsed (bounded_service.h): most bring names, ids,
@@ -50,6 +51,12 @@ inline constexpr std::size_t kRequestBytes = std::size_t{256} << 10, kGameReques
 
 // `method`: "InstanceService/CreateInstance". One that is not known is small.
 std::size_t RequestLimit(std::string_view method);
+// The same for each message of a stream that clients send: what is around a piece of a file is small.
+inline constexpr std::size_t kAroundPieceBytes = std::size_t{64} << 10;
+std::size_t StreamMessageLimit(std::string_view method);
+// A file's next piece comes within that time, over however thin a line; so many wait for one at a door.
+inline constexpr std::chrono::seconds kPiecePatience{60};
+inline constexpr std::size_t kMaxPieceStreams = 1024;
 void SetDoorLimits(grpc::ServerBuilder& builder, Door door);
 
 // Counts calls under way by caller; remembers nobody who has none.

@@ -27,6 +27,7 @@
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
 #include "tessera/v1/session.grpc.pb.h"
+#include "tessera/v1/visuals.grpc.pb.h"
 
 namespace tessera::control {
 namespace {
@@ -98,7 +99,7 @@ TEST_F(DoorsTest, ARequestIsMeasuredByItsMethodBeforeAnythingOfItIsParsed) {
   int small = 0;
   for (const char* service : {v1::AccessService::service_full_name(), v1::HostService::service_full_name(),
                               v1::InstanceService::service_full_name(), v1::SessionService::service_full_name(),
-                              v1::AgentLinkService::service_full_name()}) {
+                              v1::VisualService::service_full_name(), v1::AgentLinkService::service_full_name()}) {
     const auto* descriptor = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(service);
     ASSERT_NE(descriptor, nullptr) << service;
     for (int i = 0; i < descriptor->method_count(); ++i) {
@@ -113,6 +114,83 @@ TEST_F(DoorsTest, ARequestIsMeasuredByItsMethodBeforeAnythingOfItIsParsed) {
     }
   }
   EXPECT_GE(small, 30);
+}
+
+// 2 bytes each, as 4 million empty messages of a repeated field have them.
+std::string EmptyMessages(int field, int count) {
+  std::string bytes;
+  for (int i = 0; i < count; ++i) bytes += {static_cast<char>(field << 3 | 2), 0};
+  return bytes;
+}
+
+template <class Message>
+void AddRaw(Message& message, int field, const std::string& bytes) {
+  message.GetReflection()->MutableUnknownFields(&message)->AddLengthDelimited(field, bytes);
+}
+
+TEST_F(DoorsTest, ARequestThatWouldTakeGigabytesIsNotParsed) {
+  v1::CreateInstanceRequest create;
+  AddRaw(*create.mutable_spec(), v1::InstanceSpec::kSceneFieldNumber,
+         EmptyMessages(v1::Scene::kBodiesFieldNumber, 4'000'000));
+  v1::CreateInstanceResponse created;
+  grpc::ClientContext context;
+  const grpc::Status status = v1::InstanceService::NewStub(Socket())->CreateInstance(&context, create, &created);
+  EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(status.error_message(),
+            "InstanceService/CreateInstance: the request would take more than 256 MiB of memory");
+}
+
+TEST_F(DoorsTest, MessagesOfStreamsAreMeasuredBeforeTheyAreParsed) {
+  const auto socket = Socket();
+  const std::string piece(2 * kPieceBytes, 'x');
+  const std::string refusal = absl::StrCat("at most ", kPieceBytes + kAroundPieceBytes);
+  const auto instances = v1::InstanceService::NewStub(socket);
+  const auto agents = v1::AgentLinkService::NewStub(socket);
+  {
+    grpc::ClientContext context;
+    v1::ImportCheckpointResponse response;
+    v1::ImportCheckpointRequest request;
+    request.set_data(piece);
+    const auto stream = instances->ImportCheckpoint(&context, &response);
+    stream->Write(request);
+    stream->WritesDone();
+    const grpc::Status status = stream->Finish();
+    EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_THAT(status.error_message(), HasSubstr(refusal));
+  }
+  {
+    grpc::ClientContext context;
+    v1::UploadCheckpointResponse response;
+    v1::UploadCheckpointRequest request;
+    request.set_data(piece);
+    const auto stream = agents->UploadCheckpoint(&context, &response);
+    stream->Write(request);
+    stream->WritesDone();
+    const grpc::Status status = stream->Finish();
+    EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_THAT(status.error_message(), HasSubstr(refusal));
+  }
+  {
+    grpc::ClientContext context;
+    v1::PutVisualResponse response;
+    v1::PutVisualRequest request;
+    request.set_data(piece);
+    const auto stream = v1::VisualService::NewStub(socket)->PutVisual(&context, &response);
+    stream->Write(request);
+    stream->WritesDone();
+    EXPECT_EQ(stream->Finish().error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  }
+  v1::AgentMessage hollow;
+  AddRaw(hollow, v1::AgentMessage::kHeartbeatFieldNumber,
+         EmptyMessages(v1::AgentHeartbeat::kWorkersFieldNumber, 2'000'000));
+  grpc::ClientContext context;
+  const auto stream = agents->Attach(&context);
+  stream->Write(hollow);
+  v1::ControlMessage answer;
+  EXPECT_FALSE(stream->Read(&answer));
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(status.error_message(), HasSubstr("would take too much memory"));
 }
 
 TEST_F(DoorsTest, ARequestWithinItsLimitIsLookedAtAndASceneMayBeLarge) {

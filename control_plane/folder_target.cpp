@@ -61,7 +61,8 @@ absl::Status FolderTarget::Publish(const std::string& instance, std::uint64_t ti
   fs::remove_all(path, error);  // a checkpoint of the same tick from before a restoration
   fs::rename(DraftPath(instance, tick), path, error);
   if (error) return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
-  return host::SyncFolder(absl::StrCat(folder_, "/", instance));
+  if (absl::Status synced = host::SyncFolder(absl::StrCat(folder_, "/", instance)); !synced.ok()) return synced;
+  return host::SyncFolder(folder_);  // the instance's own may be new
 }
 
 void FolderTarget::Abandon(const std::string& instance, std::uint64_t tick) {

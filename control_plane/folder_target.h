@@ -28,6 +28,7 @@ class FolderTarget final : public CheckpointTarget {
   absl::StatusOr<std::string> Read(const std::string& instance, std::uint64_t tick, const std::string& file) override;
   void Remove(const std::string& instance, std::uint64_t tick) override;
   void RemoveAll(const std::string& instance) override;
+  std::string DraftFolder() const override { return folder_; }
   absl::StatusOr<std::vector<std::string>> Instances() override;
 
  private:

@@ -52,10 +52,10 @@ struct DoorServer {
     };
     bounded.emplace_back(access, v1::AccessService::service_full_name(), log);
     bounded.emplace_back(hosts, v1::HostService::service_full_name(), log);
-    bounded.emplace_back(instances, v1::InstanceService::service_full_name(), log);
+    bounded.emplace_back(instances, v1::InstanceService::service_full_name(), log, instances.Streams());
     bounded.emplace_back(sessions, v1::SessionService::service_full_name(), log);
-    bounded.emplace_back(visuals, v1::VisualService::service_full_name(), log);
-    bounded.emplace_back(agents, v1::AgentLinkService::service_full_name(), log);
+    bounded.emplace_back(visuals, v1::VisualService::service_full_name(), log, visuals.Streams());
+    bounded.emplace_back(agents, v1::AgentLinkService::service_full_name(), log, agents.Streams());
   }
   DoorServer(const DoorServer&) = delete;
   DoorServer& operator=(const DoorServer&) = delete;

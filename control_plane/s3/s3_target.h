@@ -19,6 +19,7 @@
 namespace tessera::control {
 
 inline constexpr std::chrono::seconds kS3ProbeInterval{5};
+inline constexpr char kS3DraftFolder[] = "/var/tmp";  // on a disk, where /tmp may be memory
 
 class S3Target final : public CheckpointTarget {
  public:
@@ -36,6 +37,7 @@ class S3Target final : public CheckpointTarget {
   void Remove(const std::string& instance, std::uint64_t tick) override;
   void RemoveAll(const std::string& instance) override;
   absl::StatusOr<std::vector<std::string>> Instances() override;
+  std::string DraftFolder() const override { return kS3DraftFolder; }
   void Stop() override { client_.Stop(); }
 
  private:

@@ -2,6 +2,7 @@
 // Thread rule: as Answerer; a stream takes two threads for as long as it stands.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -10,9 +11,9 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/host_rights.h"
 #include "control_plane/cluster/hosts.h"
-#include "control_plane/hello_deadlines.h"
 #include "control_plane/services/answerer.h"
 #include "control_plane/stored_records.h"
+#include "control_plane/stream_deadlines.h"
 #include "telemetry/log_value.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 
@@ -22,15 +23,34 @@ namespace tessera::control {
 // certificate yet.
 inline constexpr std::chrono::seconds kHelloPatience{10};
 inline constexpr std::size_t kMaxSilentStreams = 64;
+// Most that an agent's message may take once it is parsed: the reports of all workers of a host, and in a failover or
+// after a restore the bodies of a region, or the orders of 64 regions with ten thousand players each.
+inline std::size_t AgentMessageMemory(int field) {
+  constexpr std::size_t kReports = std::size_t{32} << 20, kBodiesOrOrders = std::size_t{128} << 20;
+  return field == v1::AgentMessage::kInventoryFieldNumber || field == v1::AgentMessage::kHeldOrdersFieldNumber
+             ? kBodiesOrOrders
+             : kReports;
+}
 
 class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answerer {
  public:
   using Answerer::Answerer;
-  using Stream = grpc::ServerReaderWriter<v1::ControlMessage, v1::AgentMessage>;
+  // An agent's messages come as bytes, which are measured before they are parsed.
+  using Stream = grpc::ServerReaderWriter<v1::ControlMessage, grpc::ByteBuffer>;
+  using Reader = BoundedReader<v1::AgentMessage>;
 
-  grpc::Status Attach(grpc::ServerContext* context, Stream* stream) override {
-    return ToGrpc(Receive(context, stream));
+  StreamHandlers Streams() {
+    StreamHandlers streams;
+    streams["Attach"] = std::make_unique<
+        grpc::internal::BidiStreamingHandler<AgentLinkServiceImpl, grpc::ByteBuffer, v1::ControlMessage>>(
+        [](AgentLinkServiceImpl* service, grpc::ServerContext* context, Stream* stream) {
+          return ToGrpc(service->Receive(context, stream));
+        },
+        this);
+    streams["UploadCheckpoint"] = ClientStream(this, &AgentLinkServiceImpl::ReceiveUpload);
+    return streams;
   }
+
   grpc::Status FetchScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
                           v1::FetchSceneResponse* response) override {
     return Answer(
@@ -56,17 +76,22 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
       return SendPieces(*bytes, *writer);
     });
   }
-  grpc::Status UploadCheckpoint(grpc::ServerContext* context, grpc::ServerReader<v1::UploadCheckpointRequest>* reader,
-                                v1::UploadCheckpointResponse*) override {
-    return Answer(context, "AgentLinkService/UploadCheckpoint", CallKind::kRead, "", [&]() -> absl::Status {
+  grpc::Status ReceiveUpload(grpc::ServerContext* context, grpc::ServerReader<grpc::ByteBuffer>* stream,
+                             v1::UploadCheckpointResponse*) {
+    static constexpr char kMethod[] = "AgentLinkService/UploadCheckpoint";
+    return Answer(context, kMethod, CallKind::kRead, "", [&]() -> absl::Status {
+      auto reader = PiecesOf<v1::UploadCheckpointRequest>(*context, *stream, kMethod);
       v1::UploadCheckpointRequest first;
-      std::string bytes;
-      const auto wanted = [&](const v1::UploadCheckpointRequest& request) {
+      const auto wanted = [&](const v1::UploadCheckpointRequest& request) -> absl::StatusOr<std::uint64_t> {
         if (absl::Status status = CheckHostOf(*context, request.host_id()); !status.ok()) return status;
-        return plane_.Call([&](Cluster& cluster, Now now) { return cluster.CheckUpload(now, request); });
+        const absl::Status status =
+            plane_.Call([&](Cluster& cluster, Now now) { return cluster.CheckUpload(now, request); });
+        if (!status.ok()) return status;
+        return std::min<std::uint64_t>(request.size(), kMaxStateBytes);
       };
-      if (absl::Status status = ReadPieces(*reader, first, bytes, wanted); !status.ok()) return status;
-      return plane_.TakeUpload(first, bytes);
+      const auto draft = ReadPieces(reader, plane_, first, wanted);
+      if (!draft.ok()) return draft.status();
+      return plane_.TakeUpload(first, *draft);
     });
   }
 
@@ -90,10 +115,11 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
 
   // A stream from its hello to its end.
   absl::Status Receive(grpc::ServerContext* context, Stream* stream) {
+    Reader reader(*stream, StreamMessageLimit("AgentLinkService/Attach"), AgentMessageMemory);
     v1::AgentMessage first;
-    if (absl::Status status = ReadHello(context, stream, first); !status.ok()) return status;
+    if (absl::Status status = ReadHello(context, reader, first); !status.ok()) return status;
     bool is_attached = false;
-    absl::Status status = Serve(context, stream, first, is_attached);
+    absl::Status status = Serve(context, stream, reader, first, is_attached);
     if (is_attached) {
       spdlog::info("agent gone from={} result={}{}", context->peer(), absl::StatusCodeToString(status.code()),
                    status.ok() ? "" : " error=" + telemetry::LogValue(std::string(status.message())));
@@ -106,14 +132,15 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   }
 
   // Those who have not joined yet are few at a time, and do not keep out who has.
-  absl::Status ReadHello(grpc::ServerContext* context, Stream* stream, v1::AgentMessage& first) {
-    std::unique_ptr<HelloDeadlines::Waiting> waiting;
+  absl::Status ReadHello(grpc::ServerContext* context, Reader& reader, v1::AgentMessage& first) {
+    std::unique_ptr<StreamDeadlines::Waiting> waiting;
     if (door_ != Door::kSocket && CallerOf(*context).host_id.empty()) {
       waiting = hellos_.Begin([context] { context->TryCancel(); });
       if (!waiting) return absl::ResourceExhaustedError("too many streams have not said who they are; try again");
     }
-    const bool came = stream->Read(&first);
+    const bool came = reader.Read(&first);
     if (waiting && !waiting->End()) return absl::DeadlineExceededError("no hello came in time");
+    if (!reader.status().ok()) return reader.status();
     return came ? absl::OkStatus() : absl::CancelledError("no hello came");
   }
 
@@ -147,7 +174,8 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     return absl::OkStatus();
   }
 
-  absl::Status Serve(grpc::ServerContext* context, Stream* stream, const v1::AgentMessage& first, bool& is_attached) {
+  absl::Status Serve(grpc::ServerContext* context, Stream* stream, Reader& reader, const v1::AgentMessage& first,
+                     bool& is_attached) {
     if (!first.has_hello()) return absl::InvalidArgumentError("hello: must be the first message of a stream");
     if (absl::Status status = CheckHello(first.hello()); !status.ok()) return status;
     if (absl::Status status = CheckProof(*context, first.hello()); !status.ok()) return status;
@@ -165,7 +193,7 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     absl::Status status = AddCertificate(first.hello(), agent, *admitted.mutable_admitted());
     if (status.ok() && stream->Write(admitted)) {
       std::thread writer([&] { WriteDesired(stream, agent); });
-      status = ReadMessages(stream, agent);
+      status = ReadMessages(reader, agent);
       plane_.Detach(agent);
       writer.join();
     } else {
@@ -182,15 +210,15 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
       if (!stream->Write(*message)) return;
     }
   }
-  absl::Status ReadMessages(Stream* stream, ControlPlane::AgentStream& agent) {
+  absl::Status ReadMessages(Reader& reader, ControlPlane::AgentStream& agent) {
     v1::AgentMessage message;
-    while (stream->Read(&message)) {
+    while (reader.Read(&message)) {
       if (absl::Status status = plane_.HandleAgentMessage(agent, message); !status.ok()) return status;
     }
-    return absl::OkStatus();
+    return reader.status();
   }
 
-  HelloDeadlines hellos_{kHelloPatience, kMaxSilentStreams};
+  StreamDeadlines hellos_{kHelloPatience, kMaxSilentStreams};
 };
 
 }  // namespace tessera::control

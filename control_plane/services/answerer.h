@@ -19,6 +19,8 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/access.h"
 #include "control_plane/authority.h"
+#include "control_plane/bounded_reader.h"
+#include "control_plane/bounded_service.h"
 #include "control_plane/control_metrics.h"
 #include "control_plane/control_plane.h"
 #include "control_plane/control_settings.h"
@@ -93,9 +95,19 @@ class Answerer {
   // For lines that strangers can cause as often as they like: failed calls of players, and hellos.
   telemetry::LogThrottle strangers_;
 
+  // The messages of a client's stream, each of which has to come in time. `context` outlives it.
+  template <class Request>
+  BoundedReader<Request> PiecesOf(grpc::ServerContext& context, typename BoundedReader<Request>::Stream& stream,
+                                  const char* method) {
+    BoundedReader<Request> reader(stream, StreamMessageLimit(method));
+    reader.Expect(pieces_, [&context] { context.TryCancel(); });
+    return reader;
+  }
+
  private:
   telemetry::LogThrottle players_;  // for those that are answered: who may join may leave, and join again
   CallSlots slots_;
+  StreamDeadlines pieces_{kPiecePatience, kMaxPieceStreams};
   struct Answered {
     const char* method;
     CallKind kind;
@@ -131,21 +143,28 @@ absl::Status SendPieces(const std::string& bytes, grpc::ServerWriter<Response>& 
   return absl::OkStatus();
 }
 
-// Reads `first`, without its piece, and all pieces; nothing more is read unless `check` accepts it.
+// Reads `first`, without its piece, and all pieces into a draft. `check(first)` gives the most bytes that they may
+// have, or why nothing more is read.
 template <class Request, class Check>
-absl::Status ReadPieces(grpc::ServerReader<Request>& reader, Request& first, std::string& bytes, Check&& check) {
-  if (!reader.Read(&first)) return absl::InvalidArgumentError("data: nothing came");
-  if (absl::Status status = check(first); !status.ok()) return status;
-  bytes = std::move(*first.mutable_data());
-  first.clear_data();
-  Request more;
-  while (reader.Read(&more)) {
-    bytes += more.data();
-    if (bytes.size() > kMaxStateBytes) {
-      return absl::InvalidArgumentError(absl::StrCat("data: more than ", kMaxStateBytes, " bytes"));
-    }
+absl::StatusOr<DraftFile> ReadPieces(BoundedReader<Request>& reader, ControlPlane& plane, Request& first,
+                                     Check&& check) {
+  if (!reader.Read(&first)) {
+    return reader.status().ok() ? absl::InvalidArgumentError("data: nothing came") : reader.status();
   }
-  return absl::OkStatus();
+  const absl::StatusOr<std::uint64_t> most = check(first);
+  if (!most.ok()) return most.status();
+  auto draft = plane.NewDraft();
+  if (!draft.ok()) return draft.status();
+  Request piece = first;
+  first.clear_data();
+  do {
+    if (piece.data().size() > *most - draft->size()) {
+      return absl::InvalidArgumentError(absl::StrCat("data: more than ", *most, " bytes"));
+    }
+    if (absl::Status status = plane.AppendTo(*draft, piece.data()); !status.ok()) return status;
+  } while (reader.Read(&piece));
+  if (!reader.status().ok()) return reader.status();
+  return draft;
 }
 
 }  // namespace tessera::control

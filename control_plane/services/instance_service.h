@@ -221,15 +221,23 @@ class InstanceFilesImpl : public InstanceServiceImpl {
                     return SendPieces(*bytes, *writer);
                   });
   }
-  grpc::Status ImportCheckpoint(grpc::ServerContext* context, grpc::ServerReader<v1::ImportCheckpointRequest>* reader,
-                                v1::ImportCheckpointResponse* response) override {
-    return Answer(context, "InstanceService/ImportCheckpoint", CallKind::kCommand, "", [&]() -> absl::Status {
+  // For ImportCheckpoint.
+  grpc::Status ReceiveImport(grpc::ServerContext* context, grpc::ServerReader<grpc::ByteBuffer>* stream,
+                             v1::ImportCheckpointResponse* response) {
+    static constexpr char kMethod[] = "InstanceService/ImportCheckpoint";
+    return Answer(context, kMethod, CallKind::kCommand, "", [&]() -> absl::Status {
+      auto reader = PiecesOf<v1::ImportCheckpointRequest>(*context, *stream, kMethod);
       v1::ImportCheckpointRequest first;
-      std::string bytes;
-      const auto any = [](const v1::ImportCheckpointRequest&) { return absl::OkStatus(); };
-      if (absl::Status status = ReadPieces(*reader, first, bytes, any); !status.ok()) return status;
-      return Take(plane_.ImportCheckpoint(first, bytes, GuestsByDefault()), response->mutable_instance());
+      const auto any = [](const v1::ImportCheckpointRequest&) { return absl::StatusOr<std::uint64_t>(kMaxStateBytes); };
+      const auto draft = ReadPieces(reader, plane_, first, any);
+      if (!draft.ok()) return draft.status();
+      return Take(plane_.ImportCheckpoint(first, *draft, GuestsByDefault()), response->mutable_instance());
     });
+  }
+  StreamHandlers Streams() {
+    StreamHandlers streams;
+    streams["ImportCheckpoint"] = ClientStream(this, &InstanceFilesImpl::ReceiveImport);
+    return streams;
   }
 };
 

@@ -22,18 +22,27 @@ class VisualServiceImpl final : public v1::VisualService::Service, Answerer {
                   response);
     });
   }
-  grpc::Status PutVisual(grpc::ServerContext* context, grpc::ServerReader<v1::PutVisualRequest>* reader,
-                         v1::PutVisualResponse*) override {
+  StreamHandlers Streams() {
+    StreamHandlers streams;
+    streams["PutVisual"] = ClientStream(this, &VisualServiceImpl::ReceiveVisual);
+    return streams;
+  }
+  // For PutVisual.
+  grpc::Status ReceiveVisual(grpc::ServerContext* context, grpc::ServerReader<grpc::ByteBuffer>* stream,
+                             v1::PutVisualResponse*) {
+    static constexpr char kMethod[] = "VisualService/PutVisual";
     // Read before it is judged, so that the log has the name of the file.
+    auto reader = PiecesOf<v1::PutVisualRequest>(*context, *stream, kMethod);
     v1::PutVisualRequest first;
-    const bool came = reader->Read(&first);
-    return Answer(context, "VisualService/PutVisual", CallKind::kCommand, first.sha256(), [&]() -> absl::Status {
+    const bool came = reader.Read(&first);
+    return Answer(context, kMethod, CallKind::kCommand, first.sha256(), [&]() -> absl::Status {
+      if (!reader.status().ok()) return reader.status();
       if (!came) return absl::InvalidArgumentError("sha256: nothing came");
       const absl::Status wanted = plane_.CheckPutVisual(first.sha256(), first.size());
       if (absl::IsAlreadyExists(wanted)) return absl::OkStatus();
       if (!wanted.ok()) return wanted;
       std::string bytes;
-      if (absl::Status status = ReadAll(*reader, first, bytes); !status.ok()) return status;
+      if (absl::Status status = ReadAll(reader, first, bytes); !status.ok()) return status;
       return plane_.PutVisual(first.sha256(), bytes);
     });
   }
@@ -53,7 +62,7 @@ class VisualServiceImpl final : public v1::VisualService::Service, Answerer {
 
  private:
   // All pieces up to the size that the first message says; no more is read than that.
-  static absl::Status ReadAll(grpc::ServerReader<v1::PutVisualRequest>& reader, v1::PutVisualRequest piece,
+  static absl::Status ReadAll(BoundedReader<v1::PutVisualRequest>& reader, v1::PutVisualRequest piece,
                               std::string& bytes) {
     const std::uint64_t size = piece.size();
     do {
@@ -66,6 +75,7 @@ class VisualServiceImpl final : public v1::VisualService::Service, Answerer {
       }
       bytes += piece.data();
     } while (reader.Read(&piece));
+    if (!reader.status().ok()) return reader.status();
     if (bytes.size() == size) return absl::OkStatus();
     return absl::InvalidArgumentError(absl::StrCat("data: ended after ", bytes.size(), " of ", size, " bytes"));
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/unknown_field_set.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <unistd.h>
@@ -21,6 +22,7 @@
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
 #include "tessera/v1/session.grpc.pb.h"
+#include "tessera/v1/visuals.grpc.pb.h"
 #include "trust/certificate.h"
 #include "trust/dial.h"
 
@@ -36,7 +38,7 @@ constexpr seconds kAttackPatience{120};  // the attacker is as slow as all else
 constexpr seconds kAttackPatience{20};
 #endif
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
-constexpr int kInventedPlayers = 1'000'000;
+constexpr int kInventedPlayers = 16'000'000, kHollowReports = 16'000'000;
 constexpr char kHealthCheck[] = "/grpc.health.v1.Health/Check";
 
 std::chrono::system_clock::time_point Soon() { return std::chrono::system_clock::now() + kAttackPatience; }
@@ -80,7 +82,7 @@ std::vector<std::string> AllMethodNames() {
   for (const google::protobuf::FileDescriptor* file :
        {v1::CreateTokenRequest::descriptor()->file(), v1::AgentHello::descriptor()->file(),
         v1::Host::descriptor()->file(), v1::Instance::descriptor()->file(),
-        v1::JoinInstanceRequest::descriptor()->file()}) {
+        v1::JoinInstanceRequest::descriptor()->file(), v1::PutVisualRequest::descriptor()->file()}) {
     for (int s = 0; s < file->service_count(); ++s) {
       for (int m = 0; m < file->service(s)->method_count(); ++m) {
         names.push_back("/" + file->service(s)->full_name() + "/" + file->service(s)->method(m)->name());
@@ -143,16 +145,20 @@ class AttackingHost {
   }
   ~AttackingHost() {
     context_.TryCancel();
-    v1::ControlMessage answer;
-    while (stream_->Read(&answer)) {
-    }
-    (void)stream_->Finish();
+    if (stream_) (void)End();
   }
   AttackingHost(const AttackingHost&) = delete;
   AttackingHost& operator=(const AttackingHost&) = delete;
 
   // False: the control plane has ended the stream.
   bool Send(const v1::AgentMessage& message) { return stream_->Write(message); }
+  // Once the control plane has ended the stream: why. Nothing can be sent after.
+  grpc::Status End() {
+    v1::ControlMessage answer;
+    while (stream_->Read(&answer)) {
+    }
+    return std::exchange(stream_, nullptr)->Finish();
+  }
   template <class Request>
   Request As(Request request) const {
     request.set_host_id(admitted_.host_id());
@@ -369,7 +375,7 @@ Outcome LieAsHost(const Target& target, const std::string& instance) {
     }
     report.mutable_report()->mutable_connected_players()->Reserve(kInventedPlayers);
     for (int player = 1; player <= kInventedPlayers; ++player) {
-      report.mutable_report()->add_connected_players(static_cast<std::uint32_t>(player));
+      report.mutable_report()->add_connected_players(static_cast<std::uint32_t>(player % 128));  // a byte each
     }
     host.Send(report);
     // The control plane takes messages in turn, so it has judged the report once it answers for its successor.
@@ -378,8 +384,21 @@ Outcome LieAsHost(const Target& target, const std::string& instance) {
     outcome.Try("a host that lies keeps others waiting", host.Send(heartbeat) && OperatorsCallSeconds(target) >= 0);
     const v1::Instance believed = GetInstance(target, instance);
     for (const v1::RegionStatus& region : believed.region_status()) {
-      outcome.Try("a million players are believed", region.report().connected_players_size() < 10'000);
+      outcome.Try("16 million players are believed", region.report().connected_players_size() < 10'000);
     }
+  }
+  {
+    // 32 MB on the wire, gigabytes once they are parsed.
+    AttackingHost host(target, "hollow", 1);
+    std::string reports;
+    reports.reserve(2 * kHollowReports);
+    constexpr char kEmptyReport[] = {v1::AgentHeartbeat::kWorkersFieldNumber << 3 | 2, 0};
+    for (int i = 0; i < kHollowReports; ++i) reports.append(kEmptyReport, sizeof kEmptyReport);
+    v1::AgentMessage hollow;
+    hollow.GetReflection()->MutableUnknownFields(&hollow)->AddLengthDelimited(v1::AgentMessage::kHeartbeatFieldNumber,
+                                                                              reports);
+    host.Send(hollow);
+    outcome.Try("16 million reports of nothing are taken", host.End().error_code() == StatusCode::RESOURCE_EXHAUSTED);
   }
   const v1::Instance after = GetInstance(target, instance);
   outcome.Try("a region of another host was declared dead",

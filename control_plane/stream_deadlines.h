@@ -1,4 +1,5 @@
-// HelloDeadlines: streams that have been opened and have not said yet who they are: few at a time, and not for long.
+// StreamDeadlines: streams from which a message is due, such as the one that says who somebody is: few at a time, and
+// not for long.
 //
 //   auto waiting = deadlines.Begin([context] { context->TryCancel(); });
 //   if (!waiting) return too many;
@@ -18,11 +19,11 @@
 
 namespace tessera::control {
 
-class HelloDeadlines {
+class StreamDeadlines {
  public:
   class Waiting {
    public:
-    Waiting(HelloDeadlines& deadlines, std::uint64_t number) : deadlines_(deadlines), number_(number) {}
+    Waiting(StreamDeadlines& deadlines, std::uint64_t number) : deadlines_(deadlines), number_(number) {}
     ~Waiting() { End(); }
     Waiting(const Waiting&) = delete;
     Waiting& operator=(const Waiting&) = delete;
@@ -30,13 +31,13 @@ class HelloDeadlines {
     bool End();
 
    private:
-    HelloDeadlines& deadlines_;
+    StreamDeadlines& deadlines_;
     std::uint64_t number_;
     bool ended_ = false, in_time_ = false;
   };
 
-  HelloDeadlines(std::chrono::milliseconds patience, std::size_t most);
-  ~HelloDeadlines();
+  StreamDeadlines(std::chrono::milliseconds patience, std::size_t most);
+  ~StreamDeadlines();
 
   // Null: `most` wait already.
   std::unique_ptr<Waiting> Begin(std::function<void()> cancel);

@@ -1,4 +1,4 @@
-#include "control_plane/hello_deadlines.h"
+#include "control_plane/stream_deadlines.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(HelloDeadlinesTest, WhoSaysNothingIsCancelled) {
-  HelloDeadlines deadlines(1ms, 4);
+TEST(StreamDeadlinesTest, WhoSaysNothingIsCancelled) {
+  StreamDeadlines deadlines(1ms, 4);
   std::promise<void> cancelled;
   const auto waiting = deadlines.Begin([&] { cancelled.set_value(); });
   ASSERT_NE(waiting, nullptr);
@@ -19,8 +19,8 @@ TEST(HelloDeadlinesTest, WhoSaysNothingIsCancelled) {
   EXPECT_FALSE(waiting->End());
 }
 
-TEST(HelloDeadlinesTest, WhoSpeaksInTimeIsLeftAlone) {
-  HelloDeadlines deadlines(1h, 4);
+TEST(StreamDeadlinesTest, WhoSpeaksInTimeIsLeftAlone) {
+  StreamDeadlines deadlines(1h, 4);
   bool cancelled = false;
   const auto waiting = deadlines.Begin([&] { cancelled = true; });
   EXPECT_TRUE(waiting->End());
@@ -29,8 +29,8 @@ TEST(HelloDeadlinesTest, WhoSpeaksInTimeIsLeftAlone) {
 }
 
 // The one that is waited for ends, and another begins, which wakes the thread: under asan what it reads then is seen.
-TEST(HelloDeadlinesTest, StreamsEndWhileTheyAreWaitedFor) {
-  HelloDeadlines deadlines(1h, 4);
+TEST(StreamDeadlinesTest, StreamsEndWhileTheyAreWaitedFor) {
+  StreamDeadlines deadlines(1h, 4);
   for (int i = 0; i < 2000; ++i) {
     const auto first = deadlines.Begin([] {});
     ASSERT_NE(first, nullptr);
@@ -39,8 +39,8 @@ TEST(HelloDeadlinesTest, StreamsEndWhileTheyAreWaitedFor) {
   }
 }
 
-TEST(HelloDeadlinesTest, FewWaitAtATime) {
-  HelloDeadlines deadlines(1h, 2);
+TEST(StreamDeadlinesTest, FewWaitAtATime) {
+  StreamDeadlines deadlines(1h, 2);
   const auto first = deadlines.Begin([] {});
   auto second = deadlines.Begin([] {});
   EXPECT_EQ(deadlines.Begin([] {}), nullptr);

@@ -1,13 +1,13 @@
-#include "control_plane/hello_deadlines.h"
+#include "control_plane/stream_deadlines.h"
 
 #include <utility>
 
 namespace tessera::control {
 
-HelloDeadlines::HelloDeadlines(std::chrono::milliseconds patience, std::size_t most)
+StreamDeadlines::StreamDeadlines(std::chrono::milliseconds patience, std::size_t most)
     : patience_(patience), most_(most), thread_([this] { Run(); }) {}
 
-HelloDeadlines::~HelloDeadlines() {
+StreamDeadlines::~StreamDeadlines() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -16,7 +16,7 @@ HelloDeadlines::~HelloDeadlines() {
   thread_.join();
 }
 
-std::unique_ptr<HelloDeadlines::Waiting> HelloDeadlines::Begin(std::function<void()> cancel) {
+std::unique_ptr<StreamDeadlines::Waiting> StreamDeadlines::Begin(std::function<void()> cancel) {
   const std::lock_guard lock(mutex_);
   if (streams_.size() >= most_) return nullptr;
   const std::uint64_t number = ++last_;
@@ -25,14 +25,14 @@ std::unique_ptr<HelloDeadlines::Waiting> HelloDeadlines::Begin(std::function<voi
   return std::make_unique<Waiting>(*this, number);
 }
 
-bool HelloDeadlines::Waiting::End() {
+bool StreamDeadlines::Waiting::End() {
   if (std::exchange(ended_, true)) return in_time_;
   const std::lock_guard lock(deadlines_.mutex_);
   in_time_ = deadlines_.streams_.erase(number_) > 0;
   return in_time_;
 }
 
-void HelloDeadlines::Run() {
+void StreamDeadlines::Run() {
   std::unique_lock lock(mutex_);
   while (!ending_) {
     if (streams_.empty()) {
