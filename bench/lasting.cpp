@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iostream>
 
+#include "bench/lasting_restore.h"
 #include "bench/lasting_run.h"
 #include "bench/small_disk.h"
 
@@ -83,6 +84,14 @@ void AddVerdict(const LastingVerdict& verdict, Report& report) {
 
 void TellLine(const std::string& line) { std::cerr << "lasting: " << line << "\n"; }
 
+struct LastingScene {
+  const char* name;
+  absl::Status (*run)(const RestoreSize& size, Report& report);
+};
+
+constexpr LastingScene kLastingScenes[] = {
+    {"restored", RunRestored}, {"upgrade", RunUpgrades}, {"takeover", RunTakeover}};
+
 absl::Status RunFaults(const local::HostNetwork& network, const std::vector<LastingFault>& faults, Report& report) {
   const auto verdict = RunLasting(network, {.faults = faults, .players = kLastingPlayers, .tell = TellLine});
   if (!verdict.ok()) return verdict.status();
@@ -94,13 +103,34 @@ absl::Status RunFaults(const local::HostNetwork& network, const std::vector<Last
 
 absl::Status RunLastingSuite(const SuiteOptions& options, Report& report) {
   const std::vector<LastingFault> faults = FaultsFor(options);
-  if (faults.empty()) return absl::InvalidArgumentError("--only: no fault has this in its name");
+  std::vector<LastingScene> scenes;
+  for (const LastingScene& scene : kLastingScenes) {
+    if (std::string(scene.name).find(options.only) != std::string::npos) scenes.push_back(scene);
+  }
+  if (faults.empty() && scenes.empty()) {
+    return absl::InvalidArgumentError("--only: no fault and no scene has this in its name");
+  }
   // Before gRPC makes threads, which would stay in the old one.
   if (absl::Status own = local::EnterOwnNetwork(); !own.ok()) return own;
   if (absl::Status own = EnterOwnMounts(); !own.ok()) return own;
+  absl::Status worst = absl::OkStatus();
+  const RestoreSize size{.runs = options.runs > 0 ? options.runs
+                                 : options.quick  ? 1U
+                                                  : 10U,
+                         .bodies = 200,
+                         .players = 4};
+  for (const LastingScene& scene : scenes) {
+    // One that fails is reported, and leaves the others their turn.
+    if (const absl::Status status = scene.run(size, report); !status.ok()) {
+      TellLine(std::string(scene.name) + ": " + std::string(status.message()));
+      worst = status;
+    }
+  }
+  if (faults.empty()) return worst;
   const auto network = local::HostNetwork::Create(LastingStage::kMachines);
   if (!network.ok()) return network.status();
-  return RunFaults(**network, faults, report);
+  worst.Update(RunFaults(**network, faults, report));
+  return worst;
 }
 
 }  // namespace tessera::bench

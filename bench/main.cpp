@@ -63,8 +63,8 @@ constexpr Suite kSuites[] = {
      "Three control planes, three members of etcd and three hosts under faults: what is lost, doubled or misstated, "
      "and "
      "how long each takes. About 20 minutes; --only takes kill-leader, stop-leader, cut-leader, lose-leader, "
-     "cut-leader-with-host, kill-store, stop-store, kill-worker, kill-agent, freeze-host, cut-host, orphan or "
-     "slow-store",
+     "cut-leader-with-host, kill-store, stop-store, kill-worker, kill-agent, freeze-host, cut-host, orphan, "
+     "slow-store, full-store, full-disk, restored, upgrade or takeover",
      RunLastingSuite},
     {"people",
      "What it costs to show a world to people: gateway, viewers, page and swarm. About 20 minutes; --only takes ready, "

@@ -1,0 +1,448 @@
+#include "bench/lasting_restore.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "bench/failover_stage.h"
+#include "bench/statistics.h"
+#include "host/child_process.h"
+#include "host/last_lines.h"
+#include "host/temporary_folder.h"
+#include "local_cluster/bot.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/instance_state.h"
+#include "local_cluster/local_cluster.h"
+#include "local_cluster/scene_file.h"
+
+namespace tessera::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr const char* kRestoreEngine = "tessera";
+constexpr const char* kRestoreScene = "plaza";
+constexpr std::chrono::seconds kRestorePatience{120};
+constexpr double kPlayed_s = 2;  // between two things that are done to a world
+
+double MillisecondsBetween(Clock::time_point from, Clock::time_point to) {
+  return std::max(0.0, std::chrono::duration<double, std::milli>(to - from).count());
+}
+
+FailoverSize StageSize(const RestoreSize& size) {
+  return {.runs = 1,
+          .bodies = size.bodies,
+          .bots = size.players,
+          .control_away_s = 0,
+          .scale_rounds = 0,
+          .restored_bodies = 0};
+}
+
+std::set<pid_t> PidsOf(FailoverStage& stage) {
+  std::set<pid_t> pids;
+  for (const Worker& worker : stage.Workers()) pids.insert(worker.pid);
+  return pids;
+}
+
+// All regions step, none of them in one of these processes.
+bool RunsAnew(FailoverStage& stage, const std::set<pid_t>& before, std::size_t regions) {
+  const v1::Instance latest = stage.run().Latest();
+  return latest.state() == v1::INSTANCE_STATE_RUNNING && latest.region_status_size() == static_cast<int>(regions) &&
+         std::ranges::all_of(latest.region_status(), [&](const v1::RegionStatus& status) {
+           return status.report().phase() == v1::WORKER_PHASE_RUNNING &&
+                  !before.contains(static_cast<pid_t>(status.report().identity().pid()));
+         });
+}
+
+bool SeesItself(local::Bot& bot) {
+  return bot.client().state() == client::ClientState::kPlaying &&
+         bot.client().World().contains(bot.client().own_body());
+}
+
+// The longest time in which a player saw the world at no newer tick, from its making on.
+class LongestGap {
+ public:
+  explicit LongestGap(const std::vector<local::Bot*>& bots) : bots_(bots), seen_(bots.size()) {}
+  void Look() {
+    const Clock::time_point now = Clock::now();
+    for (std::size_t i = 0; i < bots_.size(); ++i) {
+      Seen& seen = seen_[i];
+      const Tick tick = bots_[i]->client().tick();
+      if (seen.at != Clock::time_point() && tick == seen.tick) {
+        longest_ms_ = std::max(longest_ms_, MillisecondsBetween(seen.at, now));
+      } else {
+        seen = {tick, now};
+      }
+    }
+  }
+  double longest_ms() const { return longest_ms_; }
+
+ private:
+  struct Seen {
+    Tick tick;
+    Clock::time_point at{};
+  };
+  std::vector<local::Bot*> bots_;
+  std::vector<Seen> seen_;
+  double longest_ms_ = 0;
+};
+
+// Until a call that blocks is over; others go on meanwhile. An error of it is thrown here.
+absl::Status AwaitBeside(FailoverStage& stage, const std::string& what, std::future<void>& call,
+                         const std::function<void()>& look) {
+  const absl::Status played = stage.PlayUntil(what, [&] {
+    look();
+    return call.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  });
+  call.get();
+  return played;
+}
+
+template <class Add>
+void AddWorst(const Add& add, const std::string& metric, std::vector<double> values, const char* unit) {
+  add(metric + "_p50", Median(values), unit);
+  add(metric, Quantile(values, 1), unit);
+}
+
+}  // namespace
+
+// --- Restored --------------------------------------------------------------------------------------------------------
+
+absl::Status RunRestored(const RestoreSize& size, Report& report) {
+  std::vector<double> back_ms, gap_ms;
+  for (unsigned run = 0; run < size.runs; ++run) {
+    const local::RunOptions options = StageOptions(StageSize(size));
+    FailoverStage stage(options);
+    if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
+    v1::CheckpointInstanceRequest checkpoint;
+    checkpoint.set_id(stage.run().instance_id());
+    local::Connection& connection = stage.run().connection();
+    connection.Call("instance checkpoint", connection.instances(), &v1::InstanceService::Stub::CheckpointInstance,
+                    checkpoint, milliseconds(kRestorePatience));
+    if (absl::Status status = stage.PlayFor(kPlayed_s); !status.ok()) return status;
+    const std::set<pid_t> before = PidsOf(stage);
+    for (const pid_t pid : before) kill(pid, SIGKILL);
+    const Clock::time_point struck = Clock::now();
+    std::optional<Clock::time_point> runs_again;
+    std::map<const local::Bot*, bool> was_told;
+    std::map<const local::Bot*, Clock::time_point> back;
+    const absl::Status all_back = stage.PlayUntil("every player is back", [&] {
+      const Clock::time_point now = Clock::now();
+      if (!runs_again && RunsAnew(stage, before, options.regions)) runs_again = now;
+      for (local::Bot* bot : stage.run().bots()) {
+        for (const client::ClientEvent& event : bot->events()) {
+          if (event.kind == client::ClientEvent::Kind::kRestored) was_told[bot] = true;
+        }
+        if (was_told[bot] && SeesItself(*bot)) back.emplace(bot, now);
+      }
+      return runs_again && back.size() == stage.run().bots().size();
+    });
+    if (!all_back.ok()) return all_back;
+    for (const auto& [bot, at] : back) {
+      back_ms.push_back(MillisecondsBetween(*runs_again, at));
+      gap_ms.push_back(MillisecondsBetween(struck, at));
+    }
+    std::cerr << fmt::format("lasting: restored {}: runs again after {:.0f} ms, all players back {:.0f} ms later\n",
+                             run + 1, MillisecondsBetween(struck, *runs_again), Quantile(back_ms, 1));
+  }
+  const auto add = [&](const std::string& metric, double value, const char* unit) {
+    report.Set(kRestoreScene, kRestoreEngine, "restored", metric, value, unit);
+  };
+  add("runs", size.runs, "1");
+  AddWorst(add, "restored_players_back_ms", back_ms, "ms");
+  AddWorst(add, "restored_gap_ms", gap_ms, "ms");
+  return report.Save();
+}
+
+// --- Upgrades --------------------------------------------------------------------------------------------------------
+
+namespace {
+
+absl::Status UpgradeInstance(const RestoreSize& size, Report& report) {
+  std::vector<double> pause_ms;
+  double back = 0, lost_ticks = 0;
+  for (unsigned run = 0; run < size.runs; ++run) {
+    const local::RunOptions options = StageOptions(StageSize(size));
+    FailoverStage stage(options);
+    if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
+    const std::set<pid_t> before = PidsOf(stage);
+    LongestGap gap(stage.run().bots());
+    auto call = std::async(std::launch::async, [&] {
+      v1::UpgradeInstanceRequest request;
+      request.set_id(stage.run().instance_id());
+      local::Connection& connection = stage.run().connection();
+      connection.Call("instance upgrade", connection.instances(), &v1::InstanceService::Stub::UpgradeInstance, request,
+                      milliseconds(kRestorePatience));
+    });
+    absl::Status status = AwaitBeside(stage, "upgraded", call, [&] { gap.Look(); });
+    if (status.ok()) {
+      status = stage.PlayUntil("every player is back", [&] {
+        gap.Look();
+        return RunsAnew(stage, before, options.regions) &&
+               std::ranges::all_of(stage.run().bots(), [](local::Bot* bot) { return SeesItself(*bot); });
+      });
+    }
+    if (!status.ok()) return status;
+    pause_ms.push_back(gap.longest_ms());
+    back += static_cast<double>(stage.run().bots().size());
+    lost_ticks += static_cast<double>(stage.run().Latest().lost_ticks());
+    std::cerr << fmt::format("lasting: upgraded {}: players saw it stand for {:.0f} ms\n", run + 1, pause_ms.back());
+  }
+  const auto add = [&](const std::string& metric, double value, const char* unit) {
+    report.Set(kRestoreScene, kRestoreEngine, "upgrade", metric, value, unit);
+  };
+  add("runs", size.runs, "1");
+  AddWorst(add, "upgrade_pause_ms", pause_ms, "ms");
+  add("upgrade_back", back / (size.runs * size.players), "1");
+  add("upgrade_lost_ticks", lost_ticks, "1");
+  return report.Save();
+}
+
+// One after the other, as packages are: the programs of the same release take their places.
+absl::Status RestartCluster(const RestoreSize& size, Report& report) {
+  FailoverOutcome outcome;
+  std::vector<double> gaps_ms;
+  for (unsigned run = 0; run < size.runs; ++run) {
+    local::RunOptions options = StageOptions(StageSize(size));
+    options.hosts = 3;
+    options.regions = 6;
+    options.workers_outlive_agents = true;
+    FailoverStage stage(options);
+    if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
+    LongestGap gap(stage.run().bots());
+    const auto restart = [&](const std::string& what, const std::function<void()>& act) {
+      auto call = std::async(std::launch::async, act);
+      const absl::Status restarted = AwaitBeside(stage, what, call, [&] { gap.Look(); });
+      if (!restarted.ok()) return restarted;
+      const Clock::time_point until = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * kPlayed_s));
+      return stage.PlayUntil(what, [&] {
+        gap.Look();
+        return Clock::now() >= until;
+      });
+    };
+    local::LocalCluster& cluster = stage.run().cluster();
+    for (std::size_t host = 0; host < options.hosts; ++host) {
+      const absl::Status status = restart("an agent begins anew", [&cluster, host] {
+        cluster.KillAgent(host);
+        cluster.RestartAgent(host);
+      });
+      if (!status.ok()) return status;
+    }
+    const absl::Status status = restart("the control plane begins anew", [&] {
+      cluster.KillControl();
+      cluster.RestartControl();
+      stage.run().WatchAnew();
+    });
+    if (!status.ok()) return status;
+    if (absl::Status on = stage.PlayOn(); !on.ok()) return on;
+    stage.TakeCensus(outcome);
+    outcome.runs += 1;
+    gaps_ms.push_back(gap.longest_ms());
+    std::cerr << fmt::format("lasting: restarted {}: players saw the world stand for {:.0f} ms at the longest\n",
+                             run + 1, gaps_ms.back());
+  }
+  const auto add = [&](const std::string& metric, double value, const char* unit) {
+    report.Set(kRestoreScene, kRestoreEngine, "restarts", metric, value, unit);
+  };
+  add("runs", outcome.runs, "1");
+  add("upgrade_dropped", outcome.clients_dropped, "1");
+  add("upgrade_lost", outcome.lost + outcome.duplicated, "1");
+  AddWorst(add, "upgrade_gap_ms", gaps_ms, "ms");
+  return report.Save();
+}
+
+}  // namespace
+
+absl::Status RunUpgrades(const RestoreSize& size, Report& report) {
+  if (absl::Status status = UpgradeInstance(size, report); !status.ok()) return status;
+  return RestartCluster(size, report);
+}
+
+// --- Takeover --------------------------------------------------------------------------------------------------------
+
+namespace {
+
+void RunToItsEnd(std::vector<std::string> argv, const std::string& log) {
+  const std::string program = argv[0];
+  host::ChildProcess process = local::OrThrow(host::ChildProcess::Start({.argv = std::move(argv), .log_path = log}));
+  const auto ended = process.Wait(kRestorePatience);
+  if (!ended || !ended->Clean()) throw local::CommandError(program + ": " + host::LastLinesText(log, 5));
+}
+
+// Three worlds on two hosts, with a player in each who plays on whatever becomes of the control plane.
+class TakeoverStage {
+ public:
+  static constexpr std::uint32_t kWorlds = 3;
+
+  explicit TakeoverStage(std::uint32_t bodies)
+      : cluster_({.state_dir = folder_.path(), .hosts = 2, .capacity = 8}), connection_(cluster_.control_address()) {
+    for (std::uint32_t i = 0; i < kWorlds; ++i) {
+      v1::CreateInstanceRequest request;
+      *request.mutable_spec()->mutable_scene() = local::LoadScene(local::FindScene(kRestoreScene), bodies).message;
+      request.mutable_spec()->set_regions(2);
+      World& world = worlds_.emplace_back();
+      world.id = connection_
+                     .Call("instance create", connection_.instances(), &v1::InstanceService::Stub::CreateInstance,
+                           request, milliseconds(kRestorePatience))
+                     .instance()
+                     .id();
+      local::WaitUntilSettled(connection_, world.id, kRestorePatience);
+      Join(world);
+    }
+  }
+
+  void Play(double seconds) {
+    const Clock::time_point until = Clock::now() + milliseconds(static_cast<int>(1000 * seconds));
+    while (Clock::now() < until) Frame();
+  }
+  void Backup(const std::string& file) const {
+    RunToItsEnd({local::ProgramPath("tessera"), "--control", cluster_.control_address(), "cluster", "backup", file},
+                folder_.path() + "/backup.log");
+  }
+  // Things of which the backup does not know: a further player in each world, and a further region of the first.
+  void GoOn() {
+    for (World& world : worlds_) Join(world);
+    v1::ScaleInstanceRequest request;
+    request.set_id(worlds_.front().id);
+    request.set_regions(3);
+    connection_.Call("instance scale", connection_.instances(), &v1::InstanceService::Stub::ScaleInstance, request);
+    while (Get(worlds_.front()).map().regions_size() != 3) Frame();
+    Play(kPlayed_s);
+    for (World& world : worlds_) world.tick = TickOf(Get(world));
+  }
+  // Seconds from the loss until somebody could join each of the worlds.
+  double LoseControlAndRestore(const std::string& backup) {
+    const Clock::time_point lost = Clock::now();
+    cluster_.KillControl();
+    const std::string state = folder_.path() + "/control";
+    std::filesystem::remove_all(state);
+    std::filesystem::create_directory(state);
+    RunToItsEnd({local::ProgramPath("tessera-control"), "--state-dir", state, "--restore", backup},
+                folder_.path() + "/restore.log");
+    cluster_.RestartControl();
+    connection_ = local::Connection(cluster_.control_address());
+    for (World& world : worlds_) {
+      const Clock::time_point until = Clock::now() + kRestorePatience;
+      while (!TryJoin(world)) {
+        if (Clock::now() >= until) throw local::CommandError("nobody can join " + world.id);
+        Frame();
+      }
+    }
+    return std::chrono::duration<double>(Clock::now() - lost).count();
+  }
+  struct Harm {
+    int ended = 0, set_back = 0, twice = 0, dropped = 0;
+    int all() const { return ended + set_back + twice; }
+  };
+  Harm Count() {
+    Play(kPlayed_s);
+    Harm harm;
+    for (World& world : worlds_) {
+      const v1::Instance instance = Get(world);
+      harm.ended += instance.state() == v1::INSTANCE_STATE_RUNNING ? 0 : 1;
+      harm.set_back += TickOf(instance) >= world.tick ? 0 : 1;
+      std::set<std::uint32_t> numbers;
+      for (const auto& bot : world.bots) {
+        harm.twice += numbers.insert(bot->client().player().value()).second ? 0 : 1;
+        harm.dropped += bot->client().state() == client::ClientState::kEnded ? 1 : 0;
+      }
+    }
+    return harm;
+  }
+
+ private:
+  struct World {
+    std::string id;
+    std::vector<std::unique_ptr<local::Bot>> bots;
+    std::uint64_t tick = 0;  // that it had reached before the loss
+  };
+
+  void Frame() {
+    for (World& world : worlds_) {
+      for (const auto& bot : world.bots) bot->Frame(Clock::now());
+    }
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  bool TryJoin(World& world) {
+    auto bot = local::Bot::Join(cluster_.control_address(), world.id, fmt::format("bot-{}", world.bots.size()),
+                                world.bots.size() + 1);
+    if (bot.ok()) world.bots.push_back(*std::move(bot));
+    return bot.ok();
+  }
+  void Join(World& world) {
+    if (!TryJoin(world)) throw local::CommandError("nobody can join " + world.id);
+  }
+  v1::Instance Get(const World& world) {
+    v1::GetInstanceRequest request;
+    request.set_id(world.id);
+    return connection_.Call("instance get", connection_.instances(), &v1::InstanceService::Stub::GetInstance, request)
+        .instance();
+  }
+  static std::uint64_t TickOf(const v1::Instance& instance) {
+    std::uint64_t tick = 0;
+    for (const v1::RegionStatus& region : instance.region_status()) tick = std::max(tick, region.report().tick());
+    return tick;
+  }
+
+  const host::TemporaryFolder folder_;
+  local::LocalCluster cluster_;
+  local::Connection connection_;
+  std::vector<World> worlds_;
+};
+
+}  // namespace
+
+absl::Status RunTakeover(const RestoreSize& size, Report& report) {
+  std::vector<double> takeover_s;
+  TakeoverStage::Harm harm;
+  for (unsigned run = 0; run < size.runs; ++run) {
+    try {
+      const host::TemporaryFolder folder;
+      const std::string backup = folder.path() + "/cluster.tessera";
+      TakeoverStage stage(size.bodies);
+      stage.Play(kPlayed_s);
+      stage.Backup(backup);
+      stage.GoOn();
+      takeover_s.push_back(stage.LoseControlAndRestore(backup));
+      const TakeoverStage::Harm here = stage.Count();
+      harm.ended += here.ended;
+      harm.set_back += here.set_back;
+      harm.twice += here.twice;
+      harm.dropped += here.dropped;
+      std::cerr << fmt::format("lasting: takeover {}: {:.1f} s, {} worlds harmed, {} players dropped\n", run + 1,
+                               takeover_s.back(), here.all(), here.dropped);
+    } catch (const std::exception& error) {
+      return absl::InternalError(error.what());
+    }
+  }
+  const auto add = [&](const std::string& metric, double value, const char* unit) {
+    report.Set(kRestoreScene, kRestoreEngine, "takeover", metric, value, unit);
+  };
+  add("runs", size.runs, "1");
+  add("worlds", TakeoverStage::kWorlds, "1");
+  add("backup_harmed", harm.all(), "1");
+  add("backup_ended", harm.ended, "1");
+  add("backup_set_back", harm.set_back, "1");
+  add("backup_numbers_twice", harm.twice, "1");
+  add("takeover_dropped", harm.dropped, "1");
+  AddWorst(add, "takeover_s", takeover_s, "s");
+  return report.Save();
+}
+
+}  // namespace tessera::bench
