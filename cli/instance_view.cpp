@@ -73,7 +73,10 @@ std::string PaceLine(const v1::Instance& instance) {
 // Lists changes under way, risks and past events.
 std::string Health(const v1::Instance& instance) {
   std::string out;
-  for (const v1::InstanceChange& change : instance.changes()) out += fmt::format("\nChange:       {}", change.text());
+  for (const v1::InstanceChange& change : instance.changes()) {
+    out += fmt::format("\nChange:       {}", change.text());
+    if (change.has_since()) out += fmt::format(" (for {})", FormatAge(AgeSeconds(change.since())));
+  }
   if (!instance.unprotected_regions().empty()) {
     out += fmt::format("\nUnprotected:  regions {}",
                        fmt::join(instance.unprotected_regions().begin(), instance.unprotected_regions().end(), ", "));
@@ -111,7 +114,12 @@ std::string WorldLine(const v1::Instance& instance) {
 
 std::string DescribeInstance(const v1::Instance& instance) {
   std::string out = fmt::format("Name:     {}\nState:    {}\n", instance.id(), local::InstanceStateName(instance));
-  if (!instance.reason().empty()) out += fmt::format("Reason:   {}\n", instance.reason());
+  if (!instance.reason().empty()) {
+    out += fmt::format("Reason:   {}{}\n", instance.reason(),
+                       instance.has_degraded_since()
+                           ? fmt::format(" (for {})", FormatAge(AgeSeconds(instance.degraded_since())))
+                           : "");
+  }
   out += fmt::format(
       "Scene:    {} ({})\nGame:     {}\nRegions:  {}\nPlayers:  {} of {} expected, at most {}{}\nMap:      version "
       "{}\nAge:      "

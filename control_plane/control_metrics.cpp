@@ -67,6 +67,8 @@ void AddHealth(const std::vector<InstanceHealth>& all, std::vector<prometheus::M
   const auto always = [](const InstanceHealth&) { return true; };
   using enum prometheus::MetricType;
   const HealthMetric metrics[] = {
+      {Gauge, "tessera_control_degraded", "1 while the instance is not what RUNNING promises, else 0",
+       [](const InstanceHealth& health) { return health.degraded ? 1.0 : 0.0; }, always},
       {Gauge, "tessera_control_unprotected_regions", "regions whose death now would cost time or bodies",
        [](const InstanceHealth& health) { return static_cast<double>(health.unprotected); }, always},
       {Gauge, "tessera_control_uncovered_regions",
@@ -129,6 +131,11 @@ ControlMetrics::ControlMetrics()
                             .Help("from the failover map to the last region that runs by it")
                             .Register(*registry_)
                             .Add({}, kRpcBuckets)),
+      write_seconds_(prometheus::BuildHistogram()
+                         .Name("tessera_control_store_write_seconds")
+                         .Help("time of a write to the store, for which all decisions wait")
+                         .Register(*registry_)
+                         .Add({}, kRpcBuckets)),
       leads_(prometheus::BuildGauge()
                  .Name("tessera_control_leads")
                  .Help("1: this control plane leads, as one without others does; 0: it follows")
@@ -151,6 +158,10 @@ void ControlMetrics::CountSession(const absl::Status& status) {
 
 void ControlMetrics::ObserveFailover(std::chrono::nanoseconds took) {
   failover_seconds_.Observe(std::chrono::duration<double>(took).count());
+}
+
+void ControlMetrics::ObserveWrite(std::chrono::nanoseconds took) {
+  write_seconds_.Observe(std::chrono::duration<double>(took).count());
 }
 
 void ControlMetrics::ObserveRpc(const std::string& method, std::chrono::nanoseconds took) {

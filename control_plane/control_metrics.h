@@ -30,6 +30,8 @@ class ControlMetrics {
   void CountSession(const absl::Status& status);
   // `took`: from the failover's map to the last region that runs by it.
   void ObserveFailover(std::chrono::nanoseconds took);
+  // One write to the store, whether it succeeded or not.
+  void ObserveWrite(std::chrono::nanoseconds took);
   // `method`: "HostService/AddHost".
   void ObserveRpc(const std::string& method, std::chrono::nanoseconds took);
 
@@ -39,6 +41,7 @@ class ControlMetrics {
   prometheus::Family<prometheus::Counter>& sessions_;
   prometheus::Family<prometheus::Histogram>& rpc_seconds_;
   prometheus::Histogram& failover_seconds_;
+  prometheus::Histogram& write_seconds_;
   prometheus::Gauge& leads_;
 };
 

@@ -47,6 +47,11 @@ bool WantsWorkers(v1::InstanceState state) {
          state == v1::INSTANCE_STATE_RUNNING;
 }
 
+bool IsStarting(v1::InstanceState state) {
+  return state == v1::INSTANCE_STATE_PENDING || state == v1::INSTANCE_STATE_PLACING ||
+         state == v1::INSTANCE_STATE_STARTING || state == v1::INSTANCE_STATE_WAITING_FOR_PLAYERS;
+}
+
 bool IsFinal(v1::InstanceState state) {
   return state == v1::INSTANCE_STATE_ENDED || state == v1::INSTANCE_STATE_FAILED;
 }

@@ -40,6 +40,8 @@ LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts);
 
 // True in the states in which workers are to run.
 bool WantsWorkers(v1::InstanceState state);
+// True in the states before the first tick.
+bool IsStarting(v1::InstanceState state);
 // True in the states after which nothing comes.
 bool IsFinal(v1::InstanceState state);
 // "RUNNING"

@@ -98,10 +98,11 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
   if (!authority.ok()) return authority.status();
   const Now now{std::chrono::steady_clock::now().time_since_epoch(),
                 std::chrono::system_clock::now().time_since_epoch()};
-  auto cluster = Cluster::Load(store, settings.control, SystemRandomBytes, now);
+  std::unique_ptr<Reign> reign(new Reign(store, metrics, pages.gate));
+  auto cluster = Cluster::Load(reign->store_, settings.control, SystemRandomBytes, now);
   if (!cluster.ok()) return cluster.status();
-  std::unique_ptr<Reign> reign(new Reign(metrics, pages.gate));
-  reign->plane_ = std::make_unique<ControlPlane>(store, *std::move(cluster), *std::move(files), std::move(rights));
+  reign->plane_ =
+      std::make_unique<ControlPlane>(reign->store_, *std::move(cluster), *std::move(files), std::move(rights));
   auto https = StartHttps(settings.https, *authority, *reign->plane_, metrics);
   if (!https.ok()) return https.status();
   reign->https_ = *std::move(https);

@@ -8,9 +8,11 @@
 // Thread rule: begin and end it from one thread.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/status/statusor.h"
 #include "control_plane/control_metrics.h"
@@ -21,6 +23,7 @@
 #include "control_plane/https_door.h"
 #include "control_plane/s3/s3_address.h"
 #include "control_plane/store.h"
+#include "control_plane/timed_store.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::control {
@@ -61,10 +64,14 @@ class Reign {
   std::string https_address() const { return https_ ? https_->address() : ""; }
 
  private:
-  Reign(ControlMetrics& metrics, std::shared_ptr<PlaneGate> gate) : metrics_(metrics), gate_(std::move(gate)) {}
+  Reign(Store& store, ControlMetrics& metrics, std::shared_ptr<PlaneGate> gate)
+      : metrics_(metrics),
+        gate_(std::move(gate)),
+        store_(store, [&metrics](std::chrono::nanoseconds took) { metrics.ObserveWrite(took); }) {}
 
   ControlMetrics& metrics_;
   std::shared_ptr<PlaneGate> gate_;
+  TimedStore store_;
   std::unique_ptr<ControlPlane> plane_;
   std::unique_ptr<HttpsDoor> https_, local_https_;
   std::unique_ptr<GrpcServer> grpc_;

@@ -67,14 +67,42 @@ TEST_F(ClusterHealthTest, ARegionThatDoesNotStepDegradesTheWorldThoughItsHostIsH
   harness_.AgentOf(id, 2).fake.still = {2};
   harness_.Run(seconds(2));
   EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_FALSE(harness_.Get(id).has_degraded_since());
+  const auto before = harness_.now.unix_time;
   harness_.Run(milliseconds(750));
   EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_DEGRADED);
   EXPECT_EQ(harness_.Get(id).reason(), "no steps are known of region 2");
+  const auto since = FromTimestamp(harness_.Get(id).degraded_since());
+  EXPECT_GE(since, before);
+  EXPECT_LE(since, harness_.now.unix_time);
+  harness_.Run(seconds(5));
+  EXPECT_EQ(FromTimestamp(harness_.Get(id).degraded_since()), since) << "it stays so for as long as it lasts";
   EXPECT_EQ(Health().still_regions, 1U);
   EXPECT_EQ(EventsWith(id, "degraded: no steps are known of region 2"), 1U);
   harness_.AgentOf(id, 2).fake.still = {};
   harness_.Run(milliseconds(500));
   EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+}
+
+TEST_F(ClusterHealthTest, AWorldThatStartsSaysWhomItWaitsForAndSinceWhen) {
+  harness_.agents.at("beta").silent = true;
+  const auto begun = harness_.now.unix_time;
+  const auto created = harness_.cluster().CreateInstance(harness_.now, TestPlan(4), false);
+  ASSERT_TRUE(created.ok()) << created.status();
+  const std::string id = created->id();
+  harness_.Run(seconds(2));
+  const v1::Instance starting = harness_.Get(id);
+  ASSERT_EQ(starting.state(), v1::INSTANCE_STATE_STARTING);
+  ASSERT_THAT(starting.changes(), SizeIs(1));
+  EXPECT_THAT(starting.changes(0).text(), HasSubstr("starts: waits for region "));
+  EXPECT_THAT(starting.changes(0).text(), HasSubstr(" on beta, which has not begun"));
+  EXPECT_THAT(starting.changes(0).text(), HasSubstr(" on alpha, which links"));
+  EXPECT_GE(FromTimestamp(starting.changes(0).since()), begun);
+  EXPECT_LT(FromTimestamp(starting.changes(0).since()), begun + seconds(2));
+  harness_.agents.at("beta").silent = false;
+  harness_.Run(seconds(2));
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_TRUE(harness_.Get(id).changes().empty());
 }
 
 TEST_F(ClusterHealthTest, ARegionOfWhichNothingIsHeardIsNotKnownToStepBeforeItsHostIsLost) {

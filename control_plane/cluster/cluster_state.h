@@ -111,7 +111,10 @@ struct InstanceEntry {
   std::uint64_t newest_tick = 0;
 
   // Written by Instances.
-  std::string degraded;                                  // why; empty in good health
+  std::string degraded;                        // why; empty in good health
+  std::chrono::nanoseconds degraded_since{0};  // by the wall clock, as all times of people
+  std::string waits;                           // a word for what is under way; empty: nothing is
+  std::chrono::nanoseconds waits_since{0};
   std::size_t uncovered_regions = 0, still_regions = 0;  // as HealthWatch has them
   std::vector<CutLink> cut_links;                        // likewise
   Steady start_deadline{0};

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "control_plane/change.h"
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/instance_players.h"
@@ -128,7 +129,24 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
   state_.MarkChanged(instance);
 }
 
+// How long it lasts is told with it, so what is under way has a name that stays while it goes on.
+void Instances::NoteWait(InstanceEntry& instance, Now now) const {
+  const records::Instance& record = instance.record;
+  std::string waits;
+  if (record.has_failover()) {
+    waits = "failover";
+  } else if (record.has_planned() || !AtRest(record)) {
+    waits = "change";
+  } else if (IsStarting(record.state())) {
+    waits = v1::InstanceState_Name(record.state());
+  }
+  if (waits == instance.waits) return;
+  instance.waits = std::move(waits);
+  instance.waits_since = now.unix_time;
+}
+
 void Instances::NoteHealth(InstanceEntry& instance, Now now) {
+  NoteWait(instance, now);
   const records::Instance& record = instance.record;
   const HealthFaults faults = health_.Look(instance, now);
   NoteFaults(instance, faults, now);
@@ -142,6 +160,7 @@ void Instances::NoteHealth(InstanceEntry& instance, Now now) {
   std::erase(causes, "");
   std::string degraded = OneLine(absl::StrJoin(causes, "; "), kMaxReasonBytes);
   if (degraded == instance.degraded) return;
+  if (instance.degraded.empty()) instance.degraded_since = now.unix_time;
   if (degraded.empty()) {
     state_.Log(absl::StrCat("instance healthy id=", record.id()));
   } else {

@@ -49,6 +49,7 @@ class Instances {
  private:
   LifeFacts Facts(const InstanceEntry& instance, int waiting, Now now) const;
   void NoteFaults(InstanceEntry& instance, const HealthFaults& faults, Now now);
+  void NoteWait(InstanceEntry& instance, Now now) const;
 
   ClusterState& state_;
   ControlSettings settings_;

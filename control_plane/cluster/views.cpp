@@ -4,8 +4,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/change.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/failover.h"
 #include "control_plane/instance_record.h"
+#include "control_plane/life.h"
+#include "control_plane/one_line.h"
 #include "control_plane/region_tree.h"
 #include "control_plane/standbys.h"
 #include "control_plane/world_terms.h"
@@ -13,6 +16,8 @@
 
 namespace tessera::control {
 namespace {
+
+constexpr int kMostNamedWaits = 3;
 
 // While bodies move to their new regions: which regions still have some of another's, and which acknowledge none.
 std::string DescribeWait(const InstanceEntry& instance) {
@@ -30,18 +35,51 @@ std::string DescribeWait(const InstanceEntry& instance) {
   return text;
 }
 
-void AddChange(const InstanceEntry& instance, v1::Instance& view) {
+// Before it runs: its workers that are not ready, and its players who are not in.
+std::string DescribeStart(const ClusterState& state, const InstanceEntry& instance) {
   const records::Instance& record = instance.record;
+  std::string text = "starts";
+  // Before, nobody has been told to begin one.
+  const bool ordered = WantsWorkers(record.state());
+  int late = 0;
+  for (std::size_t i = 0; ordered && i < instance.workers.size(); ++i) {
+    const WorkerEntry& worker = instance.workers[i];
+    if (worker.report.phase() >= v1::WORKER_PHASE_LINKED || worker.gone || ++late > kMostNamedWaits) continue;
+    const HostEntry* host = HostAt(state, instance, i);
+    absl::StrAppend(&text, late == 1 ? ": waits for region " : ", region ", worker.region, " on ",
+                    host == nullptr ? "no host" : host->record.name(),
+                    !worker.reported ? ", which has not begun"
+                    : worker.bound() ? ", which links"
+                                     : ", which loads");
+  }
+  if (late > kMostNamedWaits) absl::StrAppend(&text, " and ", late - kMostNamedWaits, " more");
+  const bool awaited = instance.players.present() < record.expected_players();
+  if (late == 0 && awaited && record.state() != v1::INSTANCE_STATE_PLACING) {
+    absl::StrAppend(&text, ": waits for players, ", instance.players.present(), " of ", record.expected_players(),
+                    " are in");
+  }
+  return text;
+}
+
+void AddChange(const ClusterState& state, const InstanceEntry& instance, v1::Instance& view) {
+  const records::Instance& record = instance.record;
+  v1::InstanceChange change;
   if (record.has_failover()) {
-    v1::InstanceChange& change = *view.add_changes();
     change.set_text(absl::StrCat("failover of ", DescribeFailover(record.failover())));
     change.set_version(record.map().version());
   } else if (const std::string plan = DescribePlan(record); !plan.empty()) {
-    v1::InstanceChange& change = *view.add_changes();
     change.set_text(absl::StrCat(plan, DescribeWait(instance)));
     change.set_version(record.has_planned() ? record.planned().map().version() : record.map().version());
     change.set_effective_tick(record.planned().effective_tick());
+  } else if (IsStarting(record.state())) {
+    change.set_text(DescribeStart(state, instance));
+    change.set_version(record.map().version());
+  } else {
+    return;
   }
+  if (!instance.trouble.empty()) *change.mutable_text() += "; " + OneLine(instance.trouble, kMaxReasonBytes);
+  if (!instance.waits.empty()) *change.mutable_since() = ToTimestamp(instance.waits_since);
+  *view.add_changes() = std::move(change);
 }
 
 void AddLoads(const InstanceEntry& instance, v1::Instance& view) {
@@ -116,6 +154,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_id(record.id());
   view.set_state(StateOf(instance));
   view.set_reason(instance.degraded.empty() ? record.reason() : instance.degraded);
+  if (!instance.degraded.empty()) *view.mutable_degraded_since() = ToTimestamp(instance.degraded_since);
   view.set_scene_name(record.scene_name());
   view.set_scene_hash(record.scene_hash());
   view.set_game_name(record.game_name());
@@ -153,7 +192,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
 v1::Instance ViewOf(const ClusterState& state, const InstanceEntry& instance) {
   const records::Instance& record = instance.record;
   v1::Instance view = SummaryOf(instance);
-  AddChange(instance, view);
+  AddChange(state, instance, view);
   AddLoads(instance, view);
   *view.mutable_events() = record.events();
   *view.mutable_checkpoints() = record.checkpoints();

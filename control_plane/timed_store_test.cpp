@@ -1,0 +1,31 @@
+#include "control_plane/timed_store.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <vector>
+
+#include "control_plane/memory_store.h"
+
+namespace tessera::control {
+namespace {
+
+TEST(TimedStoreTest, TellsOfEachWriteAndPassesAllOn) {
+  MemoryStore memory;
+  std::vector<std::chrono::nanoseconds> took;
+  TimedStore store(memory, [&](std::chrono::nanoseconds write) { took.push_back(write); });
+  const auto first = store.Put("host/1", "alpha", kAbsent);
+  ASSERT_TRUE(first.ok());
+  EXPECT_EQ(store.revision(), *first);
+  EXPECT_EQ(store.Get("host/1")->value, "alpha");
+  EXPECT_EQ(store.List("host/")->size(), 1u);
+  EXPECT_TRUE(store.ListWithout("host/", "host/1")->empty());
+  EXPECT_EQ(took.size(), 1u) << "reading is no write";
+  memory.FailNext(1);
+  EXPECT_EQ(store.Put("host/2", "beta", kAbsent).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(took.size(), 2u) << "one that fails takes time too";
+  EXPECT_GE(took[0].count(), 0);
+}
+
+}  // namespace
+}  // namespace tessera::control
