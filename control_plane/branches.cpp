@@ -40,9 +40,12 @@ void BeginBranch(const records::Manifest& manifest, records::Instance& next) {
   begun.set_parent_tick(manifest.tick());
 }
 
-const v1::Checkpoint* NewestKept(const Checkpoints& checkpoints) {
-  const auto kept =
-      std::find_if(checkpoints.rbegin(), checkpoints.rend(), [](const v1::Checkpoint& c) { return !c.taken_back(); });
+const v1::Checkpoint* NewestKept(const Checkpoints& checkpoints) { return NewestKeptBefore(checkpoints, 0); }
+
+const v1::Checkpoint* NewestKeptBefore(const Checkpoints& checkpoints, std::uint64_t tick) {
+  const auto kept = std::find_if(checkpoints.rbegin(), checkpoints.rend(), [tick](const v1::Checkpoint& c) {
+    return !c.taken_back() && (tick == 0 || c.tick() < tick);
+  });
   return kept == checkpoints.rend() ? nullptr : &*kept;
 }
 

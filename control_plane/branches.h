@@ -21,6 +21,8 @@ void BeginBranch(const records::Manifest& manifest, records::Instance& next);
 
 // The newest of those that are not taken back; null: there is none.
 const v1::Checkpoint* NewestKept(const Checkpoints& checkpoints);
+// The same, of those before this tick; 0: of all.
+const v1::Checkpoint* NewestKeptBefore(const Checkpoints& checkpoints, std::uint64_t tick);
 // The one of that tick which is not taken back; null: there is none.
 const v1::Checkpoint* KeptOf(const Checkpoints& checkpoints, std::uint64_t tick);
 // The place of the one that is to go when there are too many: the oldest of those that are taken back, or else the

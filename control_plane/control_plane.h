@@ -185,7 +185,9 @@ class ControlPlane {
   absl::StatusOr<Contents> KeptContents(const std::string& id, const records::Manifest& manifest) const;
   absl::Status CompleteCheckpoint(const std::string& id, records::Manifest manifest);
   absl::StatusOr<records::Manifest> FindWhole(const std::string& id, std::uint64_t tick,
-                                              std::vector<std::string>& damaged);
+                                              std::vector<std::string>& damaged, std::uint64_t before = 0);
+  absl::StatusOr<v1::RestoreInstanceResponse> RestoreBefore(const v1::RestoreInstanceRequest& request,
+                                                            std::uint64_t before);
   // ABORTED: another one can be begun.
   absl::StatusOr<v1::Checkpoint> AwaitCheckpoint(Lock& lock, Watch& watch, std::uint64_t tick,
                                                  const std::function<bool()>& given_up);

@@ -124,9 +124,10 @@ absl::StatusOr<v1::Checkpoint> ControlPlane::AwaitCheckpoint(Lock& lock, Watch& 
   }
 }
 
-// The newest checkpoint that is whole and not taken back, or the one that was asked for.
+// The newest checkpoint that is whole and not taken back, or the one that was asked for. `before`: it is older than
+// this tick; 0: any is fine.
 absl::StatusOr<records::Manifest> ControlPlane::FindWhole(const std::string& id, std::uint64_t tick,
-                                                          std::vector<std::string>& damaged) {
+                                                          std::vector<std::string>& damaged, std::uint64_t before) {
   if (!files_) return NoFiles();
   v1::ListCheckpointsRequest list;
   list.set_id(id);
@@ -134,6 +135,7 @@ absl::StatusOr<records::Manifest> ControlPlane::FindWhole(const std::string& id,
   if (!listed.ok()) return listed.status();
   for (auto checkpoint = listed->checkpoints().rbegin(); checkpoint != listed->checkpoints().rend(); ++checkpoint) {
     if (tick == 0 ? checkpoint->taken_back() : checkpoint->tick() != tick) continue;
+    if (before != 0 && checkpoint->tick() >= before) continue;
     const absl::Status whole = files_->Check(id, checkpoint->tick());
     if (whole.ok()) return files_->ReadManifest(id, checkpoint->tick());
     // One that cannot be read just now may be whole: an older one in its place would set the world back for nothing.
@@ -159,9 +161,14 @@ absl::StatusOr<Contents> ControlPlane::KeptContents(const std::string& id, const
 }
 
 absl::StatusOr<v1::RestoreInstanceResponse> ControlPlane::RestoreInstance(const v1::RestoreInstanceRequest& request) {
+  return RestoreBefore(request, 0);
+}
+
+absl::StatusOr<v1::RestoreInstanceResponse> ControlPlane::RestoreBefore(const v1::RestoreInstanceRequest& request,
+                                                                        std::uint64_t before) {
   v1::RestoreInstanceResponse response;
   std::vector<std::string> damaged;
-  const auto manifest = FindWhole(request.id(), request.tick(), damaged);
+  const auto manifest = FindWhole(request.id(), request.tick(), damaged, before);
   if (!manifest.ok()) return manifest.status();
   const auto contents = KeptContents(request.id(), *manifest);
   if (!contents.ok()) return contents.status();
@@ -293,13 +300,19 @@ void ControlPlane::DoPendingWork(PendingWork work) {
   for (const std::string& id : work.forgotten) files_->RemoveAll(id);
   for (const std::string& id : work.restore) {
     // It may have ended for good since, or an operator has restored it.
-    if (!Call([&](Cluster& cluster, Now) { return cluster.RestoreWanted(id); })) continue;
+    const auto before = Call([&](Cluster& cluster, Now) { return cluster.RestoreWantedBefore(id); });
+    if (!before) continue;
     v1::RestoreInstanceRequest request;
     request.set_id(id);
-    const auto restored = RestoreInstance(request);
-    if (restored.ok() || MayPass(restored.status())) continue;
+    const auto restored = RestoreBefore(request, *before);
+    if (restored.ok()) continue;
     Call([&](Cluster& cluster, Now now) {
-      cluster.CannotRestore(now, id, std::string(restored.status().message()));
+      const std::string why(restored.status().message());
+      if (MayPass(restored.status())) {
+        cluster.NoteRestoreWaits(id, why);
+      } else {
+        cluster.CannotRestore(now, id, why);
+      }
       return 0;
     });
   }

@@ -165,6 +165,10 @@ inline constexpr int kMaxCallbacksOff = 100;
 // pass for the next one to be the first again. It is the default interval of checkpoints: a world that goes back to one
 // comes to the same crash within that. Fewer deaths, and one accident ends a world; more, and more hosts see the crash.
 inline constexpr int kMaxGameDeaths = 3;
+// A world that is lost again within so many seconds of its own time after it began from a checkpoint was lost for what
+// is in it, perhaps; after so many times an older one is taken, and without an older one the world stops.
+inline constexpr std::uint32_t kMaxRestoresOfOne = 2;
+inline constexpr std::chrono::seconds kRestoreForgiven{10};
 inline constexpr std::chrono::seconds kGameDeathForgiven{60};
 
 // Published events that are kept of an instance, in the store and in memory: some 6 MB where all are as large as can

@@ -412,7 +412,8 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   InstanceEntry* instance = state_->FindInstance(id);
   if (instance == nullptr) return NoInstance("id", id);
   const v1::InstanceState state = instance->record.state();
-  if (state != v1::INSTANCE_STATE_RUNNING && state != v1::INSTANCE_STATE_FAILED) {
+  const bool begins_again = state == v1::INSTANCE_STATE_STARTING && !instance->restore_wanted.empty();
+  if (state != v1::INSTANCE_STATE_RUNNING && state != v1::INSTANCE_STATE_FAILED && !begins_again) {
     return absl::FailedPreconditionError(absl::StrCat("id: ", id, " neither runs nor has failed"));
   }
   const auto map = FromProto(manifest.map());
@@ -425,7 +426,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
     if (absl::Status status = state_->ReuseContents(next, contents); !status.ok()) return status;
   }
   if (absl::Status status = state_->StoreInstance(*instance, next, contents); !status.ok()) return status;
-  instances_.Restarted(*instance);
+  instances_.Restarted(*instance, now);
   checkpoints_.Restarted(*instance);
   properties_.Forget(instance->number);  // they were for the world before
   game_events_.NoteRestore(*instance, now);
@@ -479,15 +480,23 @@ absl::Status Cluster::StoreUpgradeEnd(Now now, InstanceEntry& instance, const st
   return Ask(now, instance, next, false).status();
 }
 
-bool Cluster::RestoreWanted(const std::string& id) const {
+std::optional<std::uint64_t> Cluster::RestoreWantedBefore(const std::string& id) const {
   const InstanceEntry* instance = state().FindInstance(id);
-  return instance != nullptr && !checkpoints_.RestoreWanted(*instance).empty();
+  if (instance == nullptr || instance->restore_wanted.empty() || !WantsWorkers(instance->record.state())) {
+    return std::nullopt;  // it was stopped meanwhile
+  }
+  return checkpoints_.RestoreBefore(*instance);
+}
+
+void Cluster::NoteRestoreWaits(const std::string& id, const std::string& why) {
+  InstanceEntry* instance = state_->FindInstance(id);
+  if (instance != nullptr && !instance->restore_wanted.empty()) checkpoints_.NoteRestoreWaits(*instance, why);
 }
 
 void Cluster::CannotRestore(Now now, const std::string& id, const std::string& why) {
   InstanceEntry* instance = state_->FindInstance(id);
   if (instance == nullptr || IsFinal(instance->record.state())) return;
-  const std::string wanted = checkpoints_.RestoreWanted(*instance);
+  const std::string wanted = instance->restore_wanted;
   if (wanted.empty()) return;
   if (!reconciler_.Enter(now, *instance, Failed(instance->record, absl::StrCat(wanted, "; ", why), now)).ok()) return;
   checkpoints_.Restarted(*instance);

@@ -150,8 +150,10 @@ class Cluster {
   // All workers start again, from the checkpoint.
   absl::StatusOr<v1::Instance> Restore(Now now, const std::string& id, const records::Manifest& manifest,
                                        const Contents& contents, bool validate_only);
-  // True while the instance cannot go on but from a checkpoint.
-  bool RestoreWanted(const std::string& id) const;
+  // While the instance cannot go on but from a checkpoint: it is to be older than this tick; 0: any is fine.
+  std::optional<std::uint64_t> RestoreWantedBefore(const std::string& id) const;
+  // It cannot be restored now, and is tried again.
+  void NoteRestoreWaits(const std::string& id, const std::string& why);
   // No checkpoint is whole: the instance has FAILED.
   void CannotRestore(Now now, const std::string& id, const std::string& why);
 

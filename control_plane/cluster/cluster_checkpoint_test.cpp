@@ -1,6 +1,10 @@
 // Checkpoints of a running world: when they are made, and worlds that come back from them.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <vector>
+
+#include "control_plane/branches.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/testing/cluster_harness.h"
 
@@ -37,8 +41,28 @@ struct CheckpointedWorld {
     }
     EXPECT_TRUE(done.has_value());
     last = *done;
+    made.push_back(last);
     harness.cluster().NoteCheckpoint(harness.now, id, last, 1000);
     return true;
+  }
+  void MakeOne() {
+    EXPECT_TRUE(harness.cluster().BeginCheckpoint(harness.now, id).ok());
+    harness.Pump();
+    EXPECT_TRUE(Upload());
+  }
+  // As the control plane does when it is told to: from the newest one that may be taken. Its tick; 0: there is none.
+  std::uint64_t RestoreIt() {
+    const auto before = harness.cluster().RestoreWantedBefore(id);
+    EXPECT_TRUE(before.has_value());
+    const v1::Instance instance = harness.Get(id);
+    const v1::Checkpoint* newest = NewestKeptBefore(instance.checkpoints(), before.value_or(0));
+    if (!before || newest == nullptr) return 0;
+    const auto manifest = std::find_if(made.begin(), made.end(), [&](const records::Manifest& candidate) {
+      return candidate.tick() == newest->tick();
+    });
+    const auto restored = harness.cluster().Restore(harness.now, id, *manifest, {"scene", ""}, false);
+    EXPECT_TRUE(restored.ok()) << restored.status();
+    return newest->tick();
   }
   static v1::UploadCheckpointRequest UploadOf(const FakeHost& agent, const FakeWorker& worker, std::uint64_t tick) {
     v1::UploadCheckpointRequest request;
@@ -64,6 +88,7 @@ struct CheckpointedWorld {
   ClusterHarness harness;
   std::string id;
   records::Manifest last;
+  std::vector<records::Manifest> made;
 };
 
 TEST(CheckpointTest, AreMadeAtTheirIntervalAndTheOldestGo) {
@@ -161,6 +186,83 @@ TEST(CheckpointTest, ARestoreThatCouldNotBeMadeIsTriedAgain) {
   harness.now.steady += seconds(6);
   harness.cluster().HandleTimer(harness.now);
   EXPECT_TRUE(harness.cluster().TakeEffects().restore.contains(world.id));
+}
+
+TEST(CheckpointTest, AWorldThatIsLostSoonAfterEachRestoreGoesBackFurtherAndThenStops) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.MakeOne();
+  harness.Run(seconds(20));
+  world.MakeOne();
+  const std::uint64_t first = world.made[0].tick(), second = world.made[1].tick();
+  harness.Run(seconds(20));
+  for (const std::uint64_t from : {second, second, first, first}) {
+    world.KillAll();
+    ASSERT_EQ(world.RestoreIt(), from);
+    harness.Run(seconds(2));
+    ASSERT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(world.id).reason();
+  }
+  world.KillAll();
+  EXPECT_FALSE(harness.cluster().RestoreWantedBefore(world.id).has_value());
+  const v1::Instance stopped = harness.Get(world.id);
+  EXPECT_EQ(stopped.state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(stopped.reason(), HasSubstr("it was lost 2 times soon after it had begun from the checkpoint of tick " +
+                                          std::to_string(first) + ", and there is no older one"));
+  EXPECT_THAT(stopped.reason(), HasSubstr("signal 9"));
+}
+
+TEST(CheckpointTest, AWorldThatRanForAWhileSinceARestoreBeginsFromTheNewestAgain) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.MakeOne();
+  harness.Run(seconds(20));
+  world.MakeOne();
+  for (int lost = 0; lost < 5; ++lost) {
+    world.KillAll();
+    ASSERT_EQ(world.RestoreIt(), world.made[1].tick()) << lost;
+    harness.Run(seconds(13));
+    ASSERT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(world.id).reason();
+  }
+}
+
+TEST(CheckpointTest, AWorldThatCannotBeginAgainForWantOfAHostWaitsForOne) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.MakeOne();
+  world.KillAll();
+  harness.agents.at("beta").silent = true;
+  ASSERT_EQ(world.RestoreIt(), world.last.tick());
+  harness.Run(seconds(30));
+  const v1::Instance waiting = harness.Get(world.id);
+  EXPECT_EQ(waiting.state(), v1::INSTANCE_STATE_STARTING) << waiting.reason();
+  ASSERT_EQ(waiting.changes_size(), 1);
+  EXPECT_THAT(waiting.changes(0).text(), HasSubstr("is to begin again from a checkpoint: region "));
+  EXPECT_THAT(waiting.changes(0).text(), HasSubstr("host beta was lost before the start"));
+  harness.cluster().NoteRestoreWaits(world.id, "no room for 4 regions");
+  EXPECT_THAT(harness.Get(world.id).changes(0).text(), HasSubstr("; waits: no room for 4 regions"));
+  harness.agents.at("beta").silent = false;
+  harness.Run(seconds(5));
+  ASSERT_EQ(world.RestoreIt(), world.last.tick());
+  harness.Run(seconds(3));
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(world.id).reason();
+  EXPECT_TRUE(harness.Get(world.id).changes().empty()) << harness.Get(world.id).changes(0).text();
+}
+
+TEST(CheckpointTest, AWorldWhoseWorkersDieAsItBeginsAgainIsNoEndlessLoop) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.MakeOne();
+  world.KillAll();
+  for (auto& [name, agent] : harness.agents) agent.fake.exit_at_start = {1, 2, 3, 4};
+  int restores = 0;
+  while (harness.cluster().RestoreWantedBefore(world.id) && restores < 10) {
+    ASSERT_NE(world.RestoreIt(), 0u);
+    ++restores;
+    harness.Run(seconds(2));
+  }
+  EXPECT_EQ(restores, 2);
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(harness.Get(world.id).reason(), HasSubstr("there is no older one"));
 }
 
 TEST(CheckpointTest, OfAFailedInstanceTheyGoWhenItIsDeleted) {

@@ -129,6 +129,8 @@ struct InstanceEntry {
   std::size_t game_messages_waiting = 0;  // for an answer
 
   // Written by InstanceCheckpoints.
+  std::string restore_wanted;          // why it is to begin again from a checkpoint; empty: it is not
+  std::string restore_waits;           // for what that waits; empty: for nothing
   bool over_checkpoint_quota = false;  // its last one was too large, and was not made
 
   // Written by Reconciler.

@@ -39,6 +39,14 @@ constexpr char kBeingChanged[] = "who runs what is being changed";
 // fail again.
 constexpr int kFailuresUntilGivenUp = 5;
 
+// Whether it was restored by itself, and has made few steps since.
+bool DiesInARow(const InstanceEntry& instance) {
+  const records::Restores& restores = instance.record.restores();
+  if (restores.tick() == 0) return false;
+  const auto forgiven = static_cast<std::uint64_t>(kRestoreForgiven.count()) * instance.record.tick_rate_hz();
+  return NewestTick(instance) < restores.tick() + forgiven;
+}
+
 bool RunsUnchanged(const InstanceEntry& instance) {
   return instance.record.state() == v1::INSTANCE_STATE_RUNNING && AtRest(instance.record);
 }
@@ -267,26 +275,47 @@ void InstanceCheckpoints::Step(InstanceEntry& instance, Now now) {
 
 // --- Worlds that are lost without one.
 
-std::optional<records::Instance> InstanceCheckpoints::GiveUp(const InstanceEntry& instance, const std::string& why,
-                                                             Now now) {
-  if (NewestKept(instance.record.checkpoints()) == nullptr) return Failed(instance.record, why, now);
+std::optional<records::Instance> InstanceCheckpoints::GiveUp(InstanceEntry& instance, Cause cause,
+                                                             const std::string& why, Now now) {
+  const records::Instance& record = instance.record;
+  std::uint64_t before = 0;
+  if (DiesInARow(instance) && record.restores().times() >= kMaxRestoresOfOne) before = record.restores().tick();
+  if (NewestKeptBefore(record.checkpoints(), before) == nullptr) {
+    const std::string stopped = before == 0
+                                    ? why
+                                    : absl::StrCat("it was lost ", record.restores().times(),
+                                                   " times soon after it had begun from the checkpoint of tick ",
+                                                   before, ", and there is no older one; the last time: ", why);
+    return Failed(record, stopped, now);
+  }
   Work& work = work_[instance.number];
-  work.restore_why = why;
+  work.restore_before = before;
+  work.died = cause == Cause::kDied;
+  instance.restore_wanted = why;
+  instance.restore_waits.clear();
+  // At once where it has died; what was not to be had a moment ago will not be there now.
   work.restore_again_at = now.steady + kChangeRetry;
-  state_.effects().restore.insert(instance.record.id());
+  if (work.died) state_.effects().restore.insert(record.id());
+  state_.MarkChanged(instance);
   return std::nullopt;
 }
 
-std::string InstanceCheckpoints::RestoreWanted(const InstanceEntry& instance) const {
+std::uint64_t InstanceCheckpoints::RestoreBefore(const InstanceEntry& instance) const {
   const auto work = work_.find(instance.number);
-  return work == work_.end() ? "" : work->second.restore_why;
+  return work == work_.end() ? 0 : work->second.restore_before;
 }
 
 void InstanceCheckpoints::RetryRestore(const InstanceEntry& instance, Now now) {
   const auto work = work_.find(instance.number);
-  if (work == work_.end() || work->second.restore_why.empty() || now.steady < work->second.restore_again_at) return;
+  if (instance.restore_wanted.empty() || work == work_.end() || now.steady < work->second.restore_again_at) return;
   work->second.restore_again_at = now.steady + kChangeRetry;
   state_.effects().restore.insert(instance.record.id());
+}
+
+void InstanceCheckpoints::NoteRestoreWaits(InstanceEntry& instance, const std::string& why) {
+  if (std::exchange(instance.restore_waits, OneLine(why, kMaxReasonBytes)) == instance.restore_waits) return;
+  state_.Log(absl::StrCat("restore waits id=", instance.record.id(), ": ", instance.restore_waits), Severity::kWarning);
+  state_.MarkChanged(instance);
 }
 
 records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, const records::Manifest& manifest,
@@ -295,7 +324,16 @@ records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, c
   const std::uint64_t newest = NewestTick(instance), lost = newest > manifest.tick() ? newest - manifest.tick() : 0;
   next.set_lost_ticks(next.lost_ticks() + lost);
   std::string text = absl::StrCat("restored from the checkpoint of tick ", manifest.tick(), ", ", lost, " ticks lost");
-  if (const std::string why = RestoreWanted(instance); !why.empty()) absl::StrAppend(&text, ": ", why);
+  if (instance.restore_wanted.empty()) {
+    next.clear_restores();
+  } else {
+    absl::StrAppend(&text, ": ", instance.restore_wanted);
+    const auto work = work_.find(instance.number);
+    const bool again = next.restores().tick() == manifest.tick() && DiesInARow(instance);
+    const bool died = work != work_.end() && work->second.died;
+    next.mutable_restores()->set_times(again ? next.restores().times() + (died ? 1 : 0) : 1);
+    next.mutable_restores()->set_tick(manifest.tick());
+  }
   AddEvent(next, now, text);
   next.set_reason(OneLine(text, kMaxReasonBytes));
   if (IsFinal(instance.record.state())) next.clear_end_time();
@@ -305,7 +343,9 @@ records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, c
 void InstanceCheckpoints::Restarted(InstanceEntry& instance) {
   instance.newest_tick = 0;
   Work& work = work_[instance.number];
-  work.restore_why.clear();
+  work.restore_before = 0;
+  instance.restore_wanted.clear();
+  instance.restore_waits.clear();
   if (work.draft) work.not_made = absl::AbortedError("the world began anew");
   work.draft.reset();
 }

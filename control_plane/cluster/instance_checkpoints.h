@@ -57,13 +57,17 @@ class InstanceCheckpoints {
   void Step(InstanceEntry& instance, Now now);
 
   // --- Worlds that are lost without one.
-  // The world cannot go on from its workers. With a checkpoint it is to be restored, and the next record is nothing;
-  // without one it has failed.
-  std::optional<records::Instance> GiveUp(const InstanceEntry& instance, const std::string& why, Now now);
-  // Why the world is to be restored; empty: it is not.
-  std::string RestoreWanted(const InstanceEntry& instance) const;
+  // The world cannot go on from its workers, which have died, or are not to be had. With a checkpoint it is to be
+  // restored, and the next record is nothing; without one it has failed. One that dies again and again begins from an
+  // older one, and stops when there is none.
+  enum class Cause { kDied, kNotToBeHad };
+  std::optional<records::Instance> GiveUp(InstanceEntry& instance, Cause cause, const std::string& why, Now now);
+  // The checkpoint that a wanted restore begins from is older than this tick; 0: any is fine.
+  std::uint64_t RestoreBefore(const InstanceEntry& instance) const;
   // Time passes: asks again for a restore that could not be made.
   void RetryRestore(const InstanceEntry& instance, Now now);
+  // A wanted restore cannot be made now, and is tried again.
+  void NoteRestoreWaits(InstanceEntry& instance, const std::string& why);
   // The record of a world that starts again from the checkpoint, with what that costs.
   records::Instance Restored(const InstanceEntry& instance, const records::Manifest& manifest,
                              const PlacementPlan& placed, Now now) const;
@@ -88,9 +92,10 @@ class InstanceCheckpoints {
     absl::Status not_made = absl::AbortedError("none was begun");  // as WhyNotMade
     int failures = 0;                                              // in a row that a worker reported
     Steady next{0};                                                // when the next one is due; 0: not yet reckoned
-    std::string restore_why;                                       // empty: the world is not to be restored
     Steady restore_again_at{0};
-    bool fewer_said = false;  // that the quota keeps fewer of them than were asked for
+    std::uint64_t restore_before = 0;  // as RestoreBefore
+    bool died = false;                 // the wanted restore counts
+    bool fewer_said = false;           // that the quota keeps fewer of them than were asked for
   };
 
   absl::StatusOr<std::uint64_t> BeginStanding(InstanceEntry& instance, Now now);

@@ -122,7 +122,7 @@ TEST_F(CheckpointsTest, OneOfATickThatWasTakenBackTakesThePlaceOfTheOlder) {
 TEST_F(CheckpointsTest, AWorldAllOfWhoseCheckpointsAreTakenBackFailsWithoutOne) {
   Make();
   Update([](records::Instance& next) { next.mutable_checkpoints(0)->set_taken_back(true); });
-  const auto failed = checkpoints_.GiveUp(instance_, "lost", rig_.now);
+  const auto failed = checkpoints_.GiveUp(instance_, InstanceCheckpoints::Cause::kDied, "lost", rig_.now);
   ASSERT_TRUE(failed.has_value());
   EXPECT_EQ(failed->state(), v1::INSTANCE_STATE_FAILED);
 }
@@ -239,12 +239,13 @@ TEST_F(CheckpointsTest, ARegionMayMissATickButNotForEver) {
 }
 
 TEST_F(CheckpointsTest, AWorldThatIsLostFailsWithoutACheckpointAndIsRestoredWithOne) {
-  const auto failed = checkpoints_.GiveUp(instance_, "all are dead", rig_.now);
+  constexpr auto kDied = InstanceCheckpoints::Cause::kDied;
+  const auto failed = checkpoints_.GiveUp(instance_, kDied, "all are dead", rig_.now);
   ASSERT_TRUE(failed.has_value());
   EXPECT_EQ(failed->state(), v1::INSTANCE_STATE_FAILED);
   const std::uint64_t tick = Make();
-  EXPECT_FALSE(checkpoints_.GiveUp(instance_, "all are dead", rig_.now).has_value());
-  EXPECT_EQ(checkpoints_.RestoreWanted(instance_), "all are dead");
+  EXPECT_FALSE(checkpoints_.GiveUp(instance_, kDied, "all are dead", rig_.now).has_value());
+  EXPECT_EQ(instance_.restore_wanted, "all are dead");
   EXPECT_EQ(std::exchange(rig_.state->effects().restore, {}).size(), 1U);
   checkpoints_.RetryRestore(instance_, rig_.now);
   EXPECT_TRUE(rig_.state->effects().restore.empty()) << "not at once";

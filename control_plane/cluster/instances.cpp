@@ -133,7 +133,9 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
 void Instances::NoteWait(InstanceEntry& instance, Now now) const {
   const records::Instance& record = instance.record;
   std::string waits;
-  if (record.has_failover()) {
+  if (!instance.restore_wanted.empty() && WantsWorkers(record.state())) {
+    waits = "restore";
+  } else if (record.has_failover()) {
     waits = "failover";
   } else if (record.has_planned() || !AtRest(record)) {
     waits = "change";

@@ -38,8 +38,11 @@ class Instances {
   // No step can be taken: notes whether the instance runs in good health. A fault that begins is an event.
   void NoteHealth(InstanceEntry& instance, Now now);
   void Forget(std::uint64_t number) { health_.Forget(number); }
-  // Its workers start again: they are wanted in desired sets.
-  void Restarted(InstanceEntry& instance) const { instance.withdrawn = false; }
+  // Its workers start again: they are wanted in desired sets, and have as long for it as the first.
+  void Restarted(InstanceEntry& instance, Now now) const {
+    instance.withdrawn = false;
+    instance.state_since = now.steady;
+  }
 
   // Time passes: workers that do not end in order are in no desired set any more.
   void WithdrawLate(InstanceEntry& instance, Now now);

@@ -1,10 +1,12 @@
 #include "control_plane/cluster/reconciler.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
 
 #include "control_plane/game_deaths.h"
+#include "control_plane/life.h"
 
 namespace tessera::control {
 
@@ -49,14 +51,24 @@ std::optional<Reconciler::Step> Reconciler::NextStep(Now now, InstanceEntry& ins
     if (auto next = NextFailoverOrChange(now, instance)) return next;
     if (auto players = parts_.players.NextVanished(instance, now)) return Step(instance.record, std::move(players));
   }
-  return parts_.instances.NextInLife(instance, parts_.players.Waiting(instance), now);
+  if (WantsWorkers(state) && !instance.restore_wanted.empty()) return std::nullopt;
+  auto next = parts_.instances.NextInLife(instance, parts_.players.Waiting(instance), now);
+  // One that had begun before and only begins again has not failed for that a host of it is not there now.
+  const bool begins_again = state == v1::INSTANCE_STATE_STARTING && instance.record.has_restores();
+  if (!next || next->state() != v1::INSTANCE_STATE_FAILED || !begins_again) return next;
+  const bool died = std::any_of(instance.workers.begin(), instance.workers.end(),
+                                [](const WorkerEntry& worker) { return worker.gone && !worker.ending.empty(); });
+  using Cause = InstanceCheckpoints::Cause;
+  return parts_.checkpoints.GiveUp(instance, died ? Cause::kDied : Cause::kNotToBeHad, next->reason(), now);
 }
 
 std::optional<Reconciler::Step> Reconciler::NextFailoverOrChange(Now now, InstanceEntry& instance) {
-  if (!parts_.checkpoints.RestoreWanted(instance).empty()) return std::nullopt;
+  if (!instance.restore_wanted.empty()) return std::nullopt;
   FailoverStep step = parts_.failovers.Next(instance, parts_.changes.CutsOf(instance), now);
   if (step.dropped_plan || !step.given_up.empty()) parts_.changes.RetryLater(instance.number, now);
-  if (!step.given_up.empty()) return parts_.checkpoints.GiveUp(instance, step.given_up, now);
+  if (!step.given_up.empty()) {
+    return parts_.checkpoints.GiveUp(instance, InstanceCheckpoints::Cause::kDied, step.given_up, now);
+  }
   if (step.next) return Step(*std::move(step.next), std::move(step.players));
   if (step.told) {  // a later call stores it: the world need not stand for that
     if (!instance.told) state_.MarkOrders(instance);

@@ -64,7 +64,11 @@ std::string DescribeStart(const ClusterState& state, const InstanceEntry& instan
 void AddChange(const ClusterState& state, const InstanceEntry& instance, v1::Instance& view) {
   const records::Instance& record = instance.record;
   v1::InstanceChange change;
-  if (record.has_failover()) {
+  if (!instance.restore_wanted.empty() && WantsWorkers(record.state())) {
+    change.set_text(absl::StrCat("is to begin again from a checkpoint: ", instance.restore_wanted));
+    if (!instance.restore_waits.empty()) absl::StrAppend(change.mutable_text(), "; waits: ", instance.restore_waits);
+    change.set_version(record.map().version());
+  } else if (record.has_failover()) {
     change.set_text(absl::StrCat("failover of ", DescribeFailover(record.failover())));
     change.set_version(record.map().version());
   } else if (const std::string plan = DescribePlan(record); !plan.empty()) {

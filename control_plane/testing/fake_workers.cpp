@@ -81,6 +81,11 @@ v1::AgentMessage FakeWorkers::Kill(const Key& key, int signal) {
 void FakeWorkers::Act(const v1::WorkerOrder& order, std::vector<v1::AgentMessage>& out) {
   const Key key(order.instance_id(), order.region());
   auto found = workers.find(key);
+  if (found != workers.end() && found->second.report.identity().incarnation() != order.incarnation()) {
+    out.push_back(Exited(found->second, true, 0, 15, "ended by the agent"));
+    workers.erase(found);
+    found = workers.end();
+  }
   if (found == workers.end()) {
     if (order.stop()) return;
     found = workers.emplace(key, Start(order)).first;
@@ -120,6 +125,7 @@ FakeWorker FakeWorkers::Start(const v1::WorkerOrder& order) {
   worker.report.mutable_address()->set_link_port(port + 1);
   worker.report.mutable_address()->set_metrics_port(port + 2);
   worker.report.set_public_key(absl::StrFormat("%032d", last_pid_));
+  worker.report.set_tick(order.initial_state().tick());
   return worker;
 }
 

@@ -1,8 +1,10 @@
 #include "tests/simulation/simulated_control.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "control_plane/backup.h"
+#include "control_plane/branches.h"
 #include "control_plane/checkpoint_files.h"
 
 namespace tessera::simulation {
@@ -217,15 +219,24 @@ absl::StatusOr<Bytes> SimulatedControl::StateFile(const v1::FetchStateRequest& r
 }
 
 void SimulatedControl::Restore(const std::string& id) {
-  const Checkpoint* newest = nullptr;
-  for (const auto& [tick, checkpoint] : checkpoints_) {
-    if (checkpoint.whole) newest = &checkpoint;
-  }
   (void)Call([&](control::Cluster& cluster, control::Now now) {
+    const std::optional<std::uint64_t> before = cluster.RestoreWantedBefore(id);
+    if (!before) return 0;
+    const control::InstanceEntry* instance = cluster.state().FindInstance(id);
+    const Checkpoint* newest = nullptr;
+    for (const auto& [tick, checkpoint] : checkpoints_) {
+      const bool kept = control::KeptOf(instance->record.checkpoints(), tick) != nullptr;
+      if (checkpoint.whole && kept && (*before == 0 || tick < *before)) newest = &checkpoint;
+    }
     if (newest != nullptr) {
       const auto restored = cluster.Restore(now, id, newest->manifest, {"scene", ""}, false);
-      if (restored.ok() || absl::IsUnavailable(restored.status())) return 0;
-      cluster.CannotRestore(now, id, std::string(restored.status().message()));
+      if (restored.ok()) return 0;
+      const std::string why(restored.status().message());
+      if (absl::IsUnavailable(restored.status()) || absl::IsResourceExhausted(restored.status())) {
+        cluster.NoteRestoreWaits(id, why);
+      } else {
+        cluster.CannotRestore(now, id, why);
+      }
     } else {
       cluster.CannotRestore(now, id, "no checkpoint is whole");
     }
