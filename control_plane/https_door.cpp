@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <libwebsockets.h>
-#include <openssl/pem.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -28,7 +27,7 @@
 #include "control_plane/restraint.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
-#include "trust/openssl_handles.h"
+#include "trust/server_certificate.h"
 
 namespace tessera::control {
 namespace {
@@ -75,34 +74,10 @@ std::string WebHeader(lws* wsi, lws_token_indexes header) {
   return bytes > 0 ? std::string(text.data(), static_cast<std::size_t>(bytes)) : "";
 }
 
-// Loads the chain and its key. They are checked before the address is bound, so a fault is found at the start.
-absl::Status LoadCertificate(SSL_CTX* context, const HttpsSettings& settings) {
-  const auto fault = [](const char* what) {
-    return absl::InvalidArgumentError(absl::StrCat(what, ": ", trust::TakeOpensslError()));
-  };
-  const trust::BioHandle chain = trust::ReadFrom(settings.certificate);
-  const trust::CertificateHandle own(PEM_read_bio_X509(chain.get(), nullptr, nullptr, nullptr));
-  if (!own || SSL_CTX_use_certificate(context, own.get()) != 1) return fault("players' certificate cannot be read");
-  while (X509* next = PEM_read_bio_X509(chain.get(), nullptr, nullptr, nullptr)) {
-    if (SSL_CTX_add0_chain_cert(context, next) != 1) {
-      X509_free(next);
-      return fault("players' certificate: its chain cannot be read");
-    }
-  }
-  ERR_clear_error();  // the end of the file is one to OpenSSL
-  const auto no_passphrase = [](char*, int, int, void*) { return 0; };
-  const trust::KeyHandle key(
-      PEM_read_bio_PrivateKey(trust::ReadFrom(settings.key).get(), nullptr, no_passphrase, nullptr));
-  if (!key || SSL_CTX_use_PrivateKey(context, key.get()) != 1 || SSL_CTX_check_private_key(context) != 1) {
-    return fault("players' key cannot be read, or is not the certificate's");
-  }
-  if (SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION) != 1) return fault("TLS 1.2 is not to be had");
-  return absl::OkStatus();
-}
+constexpr char kCertificateName[] = "players' certificate";
 
-absl::Status CheckCertificate(const HttpsSettings& settings) {
-  const trust::TlsContextHandle context(SSL_CTX_new(TLS_server_method()));
-  return context ? LoadCertificate(context.get(), settings) : trust::OpensslFault("TLS cannot be used");
+trust::ServerCertificate CertificateOf(const HttpsSettings& settings) {
+  return {.chain = settings.certificate, .key = settings.key};
 }
 
 std::vector<v1::Instance> ListedInstances(const ClusterState& state) {
@@ -389,7 +364,11 @@ int HttpsDoor::Impl::OnEvent(lws* wsi, lws_callback_reasons reason, void* user, 
   };
   switch (reason) {
     case LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS:
-      return LoadCertificate(static_cast<SSL_CTX*>(user), Of(wsi).settings).ok() ? 0 : 1;
+      return trust::LoadServerCertificate(static_cast<SSL_CTX*>(user), CertificateOf(Of(wsi).settings),
+                                          kCertificateName)
+                     .ok()
+                 ? 0
+                 : 1;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
       return Of(wsi).MayConnect(static_cast<int>(reinterpret_cast<std::intptr_t>(in))) ? 0 : 1;
     case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
@@ -452,7 +431,9 @@ void HttpsDoor::Impl::SetListening(lws_context_creation_info& info) const {
 
 absl::StatusOr<std::unique_ptr<HttpsDoor>> HttpsDoor::Start(HttpsSettings settings, ControlPlane& plane,
                                                             ControlMetrics& metrics) {
-  absl::Status ready = settings.socket_path.empty() ? CheckCertificate(settings) : PrepareSocket(settings.socket_path);
+  absl::Status ready = settings.socket_path.empty()
+                           ? trust::CheckServerCertificate(CertificateOf(settings), kCertificateName)
+                           : PrepareSocket(settings.socket_path);
   if (ready.ok() && settings.socket_path.empty()) ready = host::CheckBindable(settings.listen, "players' https");
   if (!ready.ok()) return ready;
   auto impl = std::make_unique<Impl>(std::move(settings), plane, metrics);

@@ -410,7 +410,7 @@ TEST_F(HttpsDoorTest, ACertificateWithAnothersKeyIsRefused) {
   EXPECT_EQ(HttpsDoor::Start(settings_, *plane_, metrics_).status().code(), absl::StatusCode::kInvalidArgument);
   settings_.certificate = "no PEM";
   const absl::Status status = HttpsDoor::Start(settings_, *plane_, metrics_).status();
-  EXPECT_THAT(std::string(status.message()), HasSubstr("players' certificate cannot be read"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("players' certificate: the certificate cannot be read"));
 }
 
 }  // namespace

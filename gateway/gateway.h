@@ -34,6 +34,7 @@ struct GatewayOptions {
   // A viewer that shows it gives orders by the rights of the socket `control`; empty: nobody does. At another control
   // plane viewers show access tokens instead.
   std::string key;
+  bool takes_tokens = true;       // false: they would come in the clear over a network
   bool workers_are_here = false;  // orders may end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;
   double max_viewer_bytes_per_s = 4e6;

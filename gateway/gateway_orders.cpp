@@ -21,7 +21,7 @@ constexpr char kDone[] = "orders are taken";
 }  // namespace
 
 std::string Gateway::Needs() const {
-  if (!IsSocket(options_.control.address)) return "token";
+  if (!IsSocket(options_.control.address)) return options_.takes_tokens ? "token" : "";
   return options_.key.empty() ? "" : "key";
 }
 
@@ -36,6 +36,11 @@ absl::Status Gateway::WithoutRight() const {
     return absl::PermissionDeniedError(
         "not_allowed: an order needs the key of this gateway: open the page by the whole address that `tessera up` or "
         "the demo printed last");
+  }
+  if (!options_.takes_tokens) {
+    return absl::PermissionDeniedError(
+        "not_allowed: this gateway takes no orders: an access token would come to it in the clear; it needs "
+        "--certificate and --key, or --behind-proxy where a proxy in front of it speaks HTTPS");
   }
   return absl::PermissionDeniedError(
       "not_allowed: this gateway takes no orders: its control plane is a socket, and it was started without "
@@ -56,7 +61,9 @@ void Gateway::TakeRight(ViewerId id, Viewer& viewer, const Authorize& shown, Tim
     viewer.right = services_.channel;
     return viewer.session.Answer(shown.number, absl::OkStatus(), kDone);
   }
-  if (shown.token.empty()) return viewer.session.AnswerWrongRight(shown.number, WithoutRight(), Needs(), now);
+  if (shown.token.empty() || !options_.takes_tokens) {
+    return viewer.session.AnswerWrongRight(shown.number, WithoutRight(), Needs(), now);
+  }
   if (viewer.authorizing) {
     return viewer.session.Answer(shown.number, absl::ResourceExhaustedError("another token is being checked"), "");
   }
@@ -172,7 +179,7 @@ void Gateway::Record(const std::string& instance, bool on, const std::string& sh
   if (IsSocket(options_.control.address)) {
     return finish(IsKey(options_.key, shown) ? absl::OkStatus() : WithoutRight());
   }
-  if (shown.empty()) return finish(WithoutRight());
+  if (shown.empty() || !options_.takes_tokens) return finish(WithoutRight());
   const bool queued = background_.Run([control = options_.control, instance, shown, finish]() -> Background::Done {
     const auto right = DialAs(control, shown);
     const absl::Status may = right.ok() ? CheckMayOrder(*right, instance) : right.status();

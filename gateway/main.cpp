@@ -35,12 +35,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxTokenFileBytes = 1024;
+constexpr std::size_t kMaxTokenFileBytes = 1024, kMaxCertificateFileBytes = 256 * 1024;
 
 struct GatewayFlags {
   std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
-  std::string metrics_token_file, page, visuals, visual_cache, ready_file, token_file, key_file, log_level;
+  std::string metrics_token_file, page, visuals, visual_cache, ready_file, token_file, key_file, certificate, key,
+      log_level;
   std::vector<std::string> allow_origins;
+  bool behind_proxy = false;
   GatewayOptions options;
   std::uint64_t max_viewer_kbytes = 4000, recording_mb = 1000, recordings_mb = 10'000, visual_cache_mb = 2000;
 };
@@ -94,6 +96,19 @@ sigset_t BlockSignals() {
   return signals;
 }
 
+// Nothing: it speaks plain HTTP.
+absl::StatusOr<std::optional<trust::ServerCertificate>> ReadCertificate(const GatewayFlags& flags) {
+  if (flags.certificate.empty() != flags.key.empty()) {
+    return absl::InvalidArgumentError("--certificate and --key are given together");
+  }
+  if (flags.certificate.empty()) return std::nullopt;
+  auto chain = host::ReadFile(flags.certificate, kMaxCertificateFileBytes);
+  if (!chain.ok()) return absl::InvalidArgumentError(absl::StrCat("--certificate ", chain.status().message()));
+  auto key = host::ReadFile(flags.key, kMaxCertificateFileBytes);
+  if (!key.ok()) return absl::InvalidArgumentError(absl::StrCat("--key ", key.status().message()));
+  return trust::ServerCertificate{.chain = *std::move(chain), .key = *std::move(key)};
+}
+
 absl::Status Run(const GatewayFlags& flags) {
   const sigset_t signals = BlockSignals();  // before any thread is made
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
@@ -104,6 +119,8 @@ absl::Status Run(const GatewayFlags& flags) {
   if (!metrics_listen.ok()) return metrics_listen.status();
   const auto metrics_token = telemetry::ReadMetricsToken(flags.metrics_token_file);
   if (!metrics_token.ok()) return metrics_token.status();
+  const auto certificate = ReadCertificate(flags);
+  if (!certificate.ok()) return certificate.status();
   const std::string page = flags.page.empty() ? FindPage() : flags.page;
   if (page.empty()) spdlog::warn("page not found; only the API is served");
   GatewayOptions options = flags.options;
@@ -117,6 +134,11 @@ absl::Status Run(const GatewayFlags& flags) {
     options.control.credentials.bearer_token = *std::move(token);
   } else if (const char* token = std::getenv("TESSERA_TOKEN"); token != nullptr) {
     options.control.credentials.bearer_token = token;
+  }
+  options.takes_tokens = certificate->has_value() || flags.behind_proxy || host::IsLoopback(listen->host);
+  if (!options.takes_tokens) {
+    spdlog::warn("listen={} speaks plain HTTP over a network: no access token is taken there; see --certificate",
+                 host::ToString(*listen));
   }
   if (absl::Status key = PlaceKey(flags.key_file, *listen, options); !key.ok()) return key;
   const auto channel = DialControl(options.control);
@@ -135,7 +157,8 @@ absl::Status Run(const GatewayFlags& flags) {
                         .page = page,
                         .visuals = flags.visuals,
                         .fetch_visual = [&visuals](const std::string& sha256) { return visuals.Get(sha256); },
-                        .allow_origins = flags.allow_origins},
+                        .allow_origins = flags.allow_origins,
+                        .certificate = *certificate},
                        metrics);
   if (!server.ok()) return server.status();
   {
@@ -201,6 +224,13 @@ int main(int argc, char** argv) {
                  "most that this folder holds, megabytes: those that were not asked for longest go first")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  app.add_option(
+      "--certificate", flags.certificate,
+      "a file with the certificate that it shows, PEM, and what leads to a known authority: it speaks HTTPS");
+  app.add_option("--key", flags.key, "a file with that certificate's key, PEM");
+  app.add_flag(
+      "--behind-proxy", flags.behind_proxy,
+      "a proxy in front of it speaks HTTPS: it takes access tokens, though it hears plain HTTP over a network");
   app.add_option("--allow-origin", flags.allow_origins,
                  "a further origin whose pages may connect, e.g. https://play.example; may be repeated");
   app.add_flag("--local", flags.options.workers_are_here,

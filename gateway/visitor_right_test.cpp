@@ -52,8 +52,8 @@ std::shared_ptr<grpc::Channel> NowhereChannel() {
 // A gateway whose control plane is never there, with one viewer.
 class OneViewer {
  public:
-  explicit OneViewer(const std::string& control, const std::string& key = "")
-      : gateway_(OptionsFor(control, key), NowhereChannel(), metrics_, [] {}) {
+  explicit OneViewer(const std::string& control, const std::string& key = "") : OneViewer(OptionsFor(control, key)) {}
+  explicit OneViewer(const GatewayOptions& options) : gateway_(options, NowhereChannel(), metrics_, [] {}) {
     viewer_ = gateway_.Open("inst-1");
   }
   json Ask(json message) {
@@ -81,6 +81,24 @@ TEST(GatewayOrdersTest, NobodyOrdersByTheGatewaysOwnToken) {
   EXPECT_EQ(answer["needs"], "token");
   EXPECT_THAT(answer["text"].get<std::string>(), HasSubstr("operator's access token of your own"));
   EXPECT_EQ(viewer.Ask({{"type", "authorize"}, {"key", "abc"}})["ok"], false) << "it has none";
+}
+
+TEST(GatewayOrdersTest, NoTokenIsTakenWhereItComesInTheClear) {
+  GatewayOptions options = OptionsFor(kCluster, "");
+  options.takes_tokens = false;
+  OneViewer viewer(options);
+  const json order = viewer.Ask(kPause);
+  EXPECT_FALSE(order.contains("needs")) << "nobody is asked to type one";
+  EXPECT_THAT(order["text"].get<std::string>(), HasSubstr("it needs --certificate and --key, or --behind-proxy"));
+  const json shown = viewer.Ask({{"type", "authorize"}, {"token", "tsa_1"}});
+  EXPECT_EQ(shown["ok"], false);
+  EXPECT_THAT(shown["text"].get<std::string>(), HasSubstr("in the clear"));
+
+  GatewayMetrics metrics;
+  Gateway gateway(options, NowhereChannel(), metrics, [] {});
+  std::optional<absl::StatusCode> recorded;
+  gateway.Record("inst-1", true, "tsa_1", [&](const auto& done) { recorded = done.status().code(); });
+  EXPECT_EQ(recorded, absl::StatusCode::kPermissionDenied);
 }
 
 TEST(GatewayOrdersTest, NobodyOrdersByTheRightsOfTheSocketWithoutTheKey) {

@@ -26,6 +26,7 @@ constexpr std::size_t kWrite_bytes = 256 * 1024;
 // A connection that has been silent for so long is asked whether it is there, and ended when it does not answer.
 constexpr std::uint16_t kPingAfter_s = 20, kHangUpAfter_s = 40;
 constexpr int kRequestTimeout_s = 10;
+constexpr char kCertificateName[] = "--certificate";
 
 void LogLine(int level, const char* line) {
   const std::string text(absl::StripTrailingAsciiWhitespace(line));
@@ -110,6 +111,11 @@ bool WebServer::Impl::MayConnect(lws* wsi, const char* refusal) {
 
 int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len) {
   switch (reason) {
+    case LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS:
+      return trust::LoadServerCertificate(static_cast<SSL_CTX*>(user), *Of(wsi).options.certificate, kCertificateName)
+                     .ok()
+                 ? 0
+                 : 1;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
       return Of(wsi).HasRoom() ? 0 : 1;
     case LWS_CALLBACK_WSI_CREATE:
@@ -193,6 +199,8 @@ bool WebServer::Impl::Listen() {
   info.timeout_secs = kRequestTimeout_s;
   info.retry_and_idle_policy = &patience;
   info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+  if (options.certificate)
+    info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX;
   if (options.listen.host.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
   context = lws_create_context(&info);
   vhost = context == nullptr ? nullptr : lws_create_vhost(context, &info);
@@ -201,6 +209,11 @@ bool WebServer::Impl::Listen() {
 
 absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& options, GatewayMetrics& metrics) {
   if (absl::Status status = host::CheckBindable(options.listen, "page"); !status.ok()) return status;
+  if (options.certificate) {
+    // Before the address is bound, so that a fault is found at the start.
+    absl::Status fits = trust::CheckServerCertificate(*options.certificate, kCertificateName);
+    if (!fits.ok()) return fits;
+  }
   absl::StatusOr<PageFiles> page = options.page.empty() ? PageFiles() : PageFiles::Read(options.page);
   if (!page.ok()) return page.status();
   lws_set_log_level(LLL_ERR | LLL_WARN, LogLine);

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@
 #include "gateway/gateway_metrics.h"
 #include "gateway/visual_files.h"
 #include "host/socket_address.h"
+#include "trust/server_certificate.h"
 
 namespace tessera::gateway {
 
@@ -30,12 +32,14 @@ struct WebOptions {
   std::string visuals;                     // folder of <sha256>.glb; empty: there is none
   VisualFetch fetch_visual = nullptr;      // for those that are not in it; null: there are none
   std::vector<std::string> allow_origins;  // "https://play.example"
+  // It speaks TLS by it; null: plain HTTP.
+  std::optional<trust::ServerCertificate> certificate = std::nullopt;
   std::size_t max_connections = 512;
 };
 
 class WebServer {
  public:
-  // UNAVAILABLE: the address cannot be bound. Those of PageFiles::Read.
+  // UNAVAILABLE: the address cannot be bound. Those of PageFiles::Read, and of CheckServerCertificate.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options, GatewayMetrics& metrics);
   ~WebServer();
   WebServer(const WebServer&) = delete;

@@ -2,6 +2,7 @@
 #include "gateway/web_server.h"
 
 #include <gmock/gmock.h>
+#include <openssl/pem.h>
 
 #include <filesystem>
 #include <fstream>
@@ -13,6 +14,9 @@
 #include "gateway/testing/page_request.h"
 #include "gateway/testing/web_loop.h"
 #include "host/temporary_folder.h"
+#include "trust/certificate.h"
+#include "trust/openssl_handles.h"
+#include "trust/server_certificate.h"
 
 namespace tessera::gateway {
 namespace {
@@ -137,6 +141,51 @@ TEST(PageFilesTest, ReadsWhatBrowsersAccept) {
   EXPECT_TRUE(HasTag("*", "b"));
   EXPECT_FALSE(HasTag("\"ab\"", "b"));
   EXPECT_FALSE(HasTag("", "b"));
+}
+
+// What the server answers to a request by TLS, if its certificate is one of this authority; else nothing.
+std::string AskByTls(const std::string& address, const std::string& authority, const std::string& path) {
+  const trust::TlsContextHandle context(SSL_CTX_new(TLS_client_method()));
+  const trust::CertificateHandle known(PEM_read_bio_X509(trust::ReadFrom(authority).get(), nullptr, nullptr, nullptr));
+  X509_STORE_add_cert(SSL_CTX_get_cert_store(context.get()), known.get());
+  SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER, nullptr);
+  const trust::BioHandle bio(BIO_new_ssl_connect(context.get()));
+  BIO_set_conn_hostname(bio.get(), address.c_str());
+  if (BIO_do_connect(bio.get()) != 1 || BIO_do_handshake(bio.get()) != 1) {
+    ERR_clear_error();
+    return "";
+  }
+  const std::string request = "GET " + path + " HTTP/1.1\r\nHost: " + address + "\r\nConnection: close\r\n\r\n";
+  BIO_write(bio.get(), request.data(), static_cast<int>(request.size()));
+  std::string answer, piece(4096, '\0');
+  for (int got = 0; (got = BIO_read(bio.get(), piece.data(), static_cast<int>(piece.size()))) > 0;) {
+    answer.append(piece, 0, static_cast<std::size_t>(got));
+  }
+  return answer;
+}
+
+TEST_F(WebServerTest, SpeaksTlsByItsCertificateAndNothingElse) {
+  const auto authority = trust::MakeAuthority(), another = trust::MakeAuthority();
+  ASSERT_TRUE(authority.ok() && another.ok());
+  const auto own = trust::IssueServer(*authority, "07");
+  ASSERT_TRUE(own.ok()) << own.status();
+  WebLoop secure({.listen = {"127.0.0.1", 0},
+                  .page = folder_.path() + "/page",
+                  .visuals = folder_.path(),
+                  .allow_origins = {},
+                  .certificate = trust::ServerCertificate{.chain = own->certificate, .key = own->key}});
+  const std::string answer = AskByTls(secure.address(), authority->certificate, "/");
+  EXPECT_THAT(answer, HasSubstr("HTTP/1.1 200"));
+  EXPECT_THAT(answer, HasSubstr("<title>page</title>"));
+  EXPECT_EQ(AskByTls(secure.address(), another->certificate, "/"), "") << "who trusts another authority";
+  EXPECT_THAT(RequestPage(secure.address(), "/").body, Not(HasSubstr("<title>page</title>"))) << "in the clear";
+
+  GatewayMetrics metrics;
+  WebOptions wrong{.listen = {"127.0.0.1", 0}, .page = "", .visuals = "", .allow_origins = {}};
+  wrong.certificate = trust::ServerCertificate{.chain = own->certificate, .key = *trust::MakeKey()};
+  const absl::Status refused = WebServer::Start(wrong, metrics).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("--certificate: the key cannot be read, or is not"));
 }
 
 }  // namespace

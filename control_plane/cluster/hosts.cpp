@@ -238,6 +238,8 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now, con
 }
 
 absl::Status Hosts::NoteModules(HostEntry& host, const v1::GameModuleList& modules) {
+  // One that says the same again and again costs no write.
+  if (modules.SerializeAsString() == host.record.game_modules().SerializeAsString()) return absl::OkStatus();
   records::Host next = host.record;
   *next.mutable_game_modules() = modules;
   return state_.StoreHost(host, next);
