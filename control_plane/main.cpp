@@ -1,5 +1,6 @@
 // tessera-control: the control plane of a cluster.
 #include <fmt/format.h>
+#include <grpcpp/grpcpp.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sodium.h>
@@ -15,12 +16,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "control_plane/backup.h"
 #include "control_plane/candidate.h"
 #include "control_plane/control_metrics.h"
 #include "control_plane/doors.h"
 #include "control_plane/etcd_restore.h"
+#include "control_plane/grpc_faults.h"
 #include "control_plane/grpc_server.h"
 #include "control_plane/http_pages.h"
 #include "control_plane/reign.h"
@@ -264,6 +267,20 @@ absl::Status RunElected(const ControlFlags& flags, const sigset_t& signals) {
   return candidate.Run(ended, [&] { return AnnounceReady(flags, bound, flags.https.listen, (*http)->address()); });
 }
 
+// A stranger may stop a control plane through a door beyond this machine.
+void WarnOfGrpcFaults(const ControlFlags& flags) {
+  const std::string faults = KnownGrpcFaults(grpc::Version());
+  for (const auto& [option, address] :
+       {std::pair("--listen", flags.listen), std::pair("--players-listen", flags.players_listen)}) {
+    const auto door = host::ParseSocketAddress(address, host::PortRule::kFrom0);
+    if (faults.empty() || !door.ok() || host::IsLoopback(door->host)) continue;
+    spdlog::warn(
+        "{}={} is served by gRPC {}, which has known faults ({}): keep it from strangers, who may stop this "
+        "program through it; players may come in by --players-https",
+        option, address, grpc::Version(), faults);
+  }
+}
+
 absl::Status Run(const ControlFlags& flags) {
   // Signals are blocked before any thread is made, so that all inherit it and this one alone takes them.
   const sigset_t signals = EndSignals();
@@ -274,6 +291,7 @@ absl::Status Run(const ControlFlags& flags) {
   if (absl::Status status = host::MakePrivateFolder(flags.state_dir); !status.ok()) {
     return absl::UnavailableError("--state-dir " + std::string(status.message()));
   }
+  WarnOfGrpcFaults(flags);
   umask(077);  // the store holds instances' keys, and the socket lets in who can open it
   return flags.store.etcd ? RunElected(flags, signals) : RunAlone(flags, signals);
 }

@@ -143,7 +143,7 @@ TEST(PageFilesTest, ReadsWhatBrowsersAccept) {
   EXPECT_FALSE(HasTag("", "b"));
 }
 
-// What the server answers to a request by TLS, if its certificate is one of this authority; else nothing.
+// The answer of the server to a request by TLS, if its certificate is one of this authority; else nothing.
 std::string AskByTls(const std::string& address, const std::string& authority, const std::string& path) {
   const trust::TlsContextHandle context(SSL_CTX_new(TLS_client_method()));
   const trust::CertificateHandle known(PEM_read_bio_X509(trust::ReadFrom(authority).get(), nullptr, nullptr, nullptr));

@@ -134,6 +134,36 @@ TEST_F(TrustTest, BotsComeInByTickets) {
   EXPECT_EQ(swarm.exit_code, 0) << swarm.err;
 }
 
+// The player's own client learns of it, in the operator's words, and stays away.
+TEST_F(TrustTest, WhoIsKickedOrBannedByAnOperatorIsToldWhy) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera({"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies",
+                                              "20", "--regions", "2", "--guests", "on", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  const std::string door = players_ + "#" + fingerprint_, key = folder_.path() + "/game.key";
+  ASSERT_EQ(Tessera({"issuer", "create", "game", "--key-out", key}).exit_code, 0);
+  const auto sign = [&] { return FirstLine(Tessera({"ticket", "sign", "--key", key, "--player", "ada"})); };
+  const auto guest = local::Bot::Join(door, "inst-1", "eve", 7);
+  ASSERT_TRUE(guest.ok()) << guest.status();
+  const auto ada = local::Bot::Join(door, "inst-1", "", 8, {}, false, sign());
+  ASSERT_TRUE(ada.ok()) << ada.status();
+  const auto ends = [](local::Bot& bot) {
+    const auto patience_ends = std::chrono::steady_clock::now() + kPatience;
+    while (bot.Frame(std::chrono::steady_clock::now()) && std::chrono::steady_clock::now() < patience_ends) {
+    }
+    return std::string(bot.client().reason().message());
+  };
+  const std::string number = std::to_string((*guest)->client().player().value());
+  const support::RunResult kicked = Tessera({"player", "kick", "inst-1", number, "--reason", "mind your words"});
+  ASSERT_EQ(kicked.exit_code, 0) << kicked.err;
+  EXPECT_THAT(ends(**guest), HasSubstr("mind your words"));
+  const support::RunResult banned = Tessera({"player", "ban", "inst-1", "ada", "--reason", "cheats"});
+  ASSERT_EQ(banned.exit_code, 0) << banned.err;
+  EXPECT_THAT(ends(**ada), HasSubstr("cheats"));
+  const auto again = local::Bot::Join(door, "inst-1", "", 9, {}, false, sign());
+  EXPECT_THAT(std::string(again.status().message()), HasSubstr("cheats"));
+}
+
 TEST_F(TrustTest, AWorldThatIsMadeByTlsTakesNoGuestsAndIssuersAreAnAdministrators) {
   ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
   const support::RunResult running = Tessera(
