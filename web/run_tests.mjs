@@ -1,5 +1,5 @@
 // node run_tests.mjs unit | browser | cluster [FOLDER]: bundles the tests into FOLDER and runs them with node's own
-// runner. `browser` builds the page anew as well, and compares it with what is committed; `cluster` has the programs in
+// runner. `unit` checks the types of all sources too; `browser` builds the page anew as well, and compares it with what is committed; `cluster` has the programs in
 // TESSERA_BIN run a cluster, whose gateway serves the page that is committed.
 
 import { spawnSync } from 'node:child_process';
@@ -43,6 +43,7 @@ run('build.mjs', '--tests', bundles);
 const packages = join(bundles, 'node_modules');
 rmSync(packages, { force: true });
 symlinkSync(resolve('node_modules'), packages);
+if (what === 'unit') run('node_modules/typescript/bin/tsc', '--noEmit');
 const ending = { browser: '.browser.mjs', cluster: '.cluster.mjs' }[what] ?? '.test.mjs';
 if (what === 'browser') {
   const built = join(folder, 'dist');

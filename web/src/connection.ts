@@ -1,4 +1,5 @@
 // Connection: the WebSocket to the gateway. It reconnects by itself, waiting longer each time, and says what it does.
+// Where no time helps it stays as it is, until somebody asks for another try.
 
 import { type BinaryMessage, type JsonMessage, PROTOCOL } from './protocol/messages.ts';
 import { decode } from './protocol/decode.ts';
@@ -10,7 +11,10 @@ const SILENCE_S = 6; // status comes every second: a socket that is silent for l
 export type LinkState =
   | { state: 'connecting' }
   | { state: 'open' }
-  | { state: 'waiting'; again_at_s: number; why: string; code: string };
+  | { state: 'waiting'; again_at_s: number; why: string; code: string }  // again_at_s Infinity: not by itself
+
+// Codes of what stays so.
+const FINAL = new Set(['ended', 'failed', 'damaged', 'no_recording']);
 
 export interface ConnectionListener {
   binary(message: BinaryMessage, bytes: number): void;
@@ -104,7 +108,8 @@ export class Connection {
 
   private lost(reason: string): void {
     this.socket = null;
-    const wait_s = this.problem?.again_s ?? this.wait_s;
+    const final = FINAL.has(this.problem?.code ?? '');
+    const wait_s = final ? Infinity : (this.problem?.again_s ?? this.wait_s);
     this.wait_s = Math.min(LONGEST_WAIT_S, 2 * this.wait_s);
     const why = this.problem?.text ?? (reason === '' ? 'the connection to the gateway was lost' : reason);
     this.set({ state: 'waiting', again_at_s: performance.now() / 1000 + wait_s, why, code: this.problem?.code ?? 'lost' });

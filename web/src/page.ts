@@ -389,13 +389,21 @@ export class Page implements SessionListener {
   }
 
   private toldWaiting(link: LinkState & { state: 'waiting' }): void {
-    const left = Math.max(0, link.again_at_s - performance.now() / 1000);
     const advice: Record<string, string> = {
       no_world: 'Check the name, or choose one from the list of worlds (Tessera, top left).',
       not_allowed: 'To watch, it is the gateway that needs the right, not this browser.',
       lost: 'What is shown is the last that came.',
+      ended: 'What is shown is its last moment. Other worlds are in the list (Tessera, top left).',
+      failed: 'An operator may bring it back from a checkpoint: tessera instance restore.',
+      full: 'Somebody has to leave before another can play; watching takes no place in it.',
+      too_many_viewers: 'This gateway shows worlds to as many as it may: --max-viewers.',
+      no_control_plane: 'The gateway asks again by itself; worlds run on meanwhile.',
+      no_recording: 'The list of worlds has the recordings that there are (Tessera, top left).',
+      damaged: 'The file of the recording cannot be read to its end.',
     };
-    setText(this.banner.firstElementChild!, `${capital(link.why)}. ${advice[link.code] ?? ''} Connecting again in ${left.toFixed(0)} s.`);
+    const left_s = Math.max(0, link.again_at_s - performance.now() / 1000);
+    const next = Number.isFinite(left_s) ? ` Connecting again in ${left_s.toFixed(0)} s.` : '';
+    setText(this.banner.firstElementChild!, `${capital(link.why)}. ${advice[link.code] ?? ''}${next}`);
   }
 
   private fit(): void {

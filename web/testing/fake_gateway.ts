@@ -16,6 +16,7 @@ import { sha256Of } from './glb_file.ts';
 import { FakeWorld, HALF_M, fakeShapes, fakeStatics, largeLevel } from './fake_world.ts';
 
 const INSTANCE = 'plaza-1';
+export const ENDED = 'plaza-0'; // was, and is no more
 const TYPES: Record<string, string> = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css' };
 
 export interface FakeOptions {
@@ -44,6 +45,7 @@ export class FakeGateway {
   refuse = false; // closes viewers at once, as a gateway that goes away
   private readonly server: Server;
   private readonly sockets: WebSocketServer;
+  readonly refused: string[] = []; // by each socket that asked for a world that is not there
   private readonly viewers = new Set<FakeViewer>();
   private readonly timers: NodeJS.Timeout[] = [];
   private readonly options: FakeOptions;
@@ -135,6 +137,11 @@ export class FakeGateway {
     const replay = url.startsWith('/play/');
     if (!replay && url !== `/watch/${INSTANCE}`) {
       const name = decodeURIComponent(url.replace('/watch/', ''));
+      this.refused.push(name);
+      if (name === ENDED) {
+        socket.send(JSON.stringify({ type: 'problem', code: 'ended', text: `instance ${name} has ended` }));
+        return socket.close(4000, 'ended');
+      }
       socket.send(JSON.stringify({ type: 'problem', code: 'no_world', text: `instance ${name}: no such instance`, again_s: 2 }));
       return socket.close(4000, 'no_world');
     }

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { type Complaints, launch, open } from '../testing/browser.ts';
-import { FakeGateway } from '../testing/fake_gateway.ts';
+import { ENDED, FakeGateway } from '../testing/fake_gateway.ts';
 import { makeGlb, makePng, pyramid, sha256Of } from '../testing/glb_file.ts';
 
 const BODIES = 300;
@@ -349,6 +349,26 @@ test('the list of worlds, a world that is not there, and a recording', async () 
   await page.waitForFunction('Math.abs(tessera.session.play.at_s - 42) < 1', undefined, WAIT);
   await page.getByTitle('One step forward').click();
   await page.waitForFunction('Math.abs(tessera.session.play.at_s - 42 - 1 / 60) < 0.005', undefined, WAIT);
+});
+
+test('a world that has ended is asked for once, and again when somebody says so', async () => {
+  const asked = () => gateway.refused.filter((name) => name === ENDED).length;
+  await page.goto(`${address}/#${ENDED}`);
+  const banner = page.locator('#banner', { hasText: 'has ended' });
+  await banner.waitFor(WAIT);
+  assert.match(await banner.innerText(), /Other worlds are in the list/);
+  assert.doesNotMatch(await banner.innerText(), /Connecting again/);
+  const before = asked();
+  // The other one is asked for again by itself, as long as it may come about.
+  const other = await open(browser, `${address}/#nowhere`, { size: SMALL });
+  const tries = () => gateway.refused.filter((name) => name === 'nowhere').length;
+  const first = tries();
+  await other.page.waitForFunction('tessera.counts.link === "waiting"', undefined, WAIT);
+  while (tries() < first + 2) await other.page.waitForTimeout(50);
+  await other.page.close();
+  assert.equal(asked(), before, 'no time helps');
+  await page.locator('#banner button').click();
+  while (asked() === before) await page.waitForTimeout(50);
 });
 
 test('a level of 200 000 triangles is drawn in a few calls', async () => {
