@@ -285,6 +285,12 @@ absl::Status Importer::AddBody(const Visit& visit, const Affine& map, const tiny
         velocity("linearVelocity", [&](Vec3d v) { *body.proto.mutable_linear_velocity() = ToProto(v); });
     status.Update(velocity("angularVelocity", [&](Vec3d v) { *body.proto.mutable_angular_velocity() = ToProto(v); }));
     if (!status.ok()) return status;
+    // A body's are those of its shape at even density.
+    for (const auto& [key, what] : {std::pair("centerOfMass", "centres of mass beside those of their shapes"),
+                                    std::pair("inertiaDiagonal", "moments of inertia beside those of their shapes")}) {
+      const auto given = VectorOf(MemberOf(motion, key));
+      if (given && !(*given == Vec3d{})) Count(what);
+    }
   } else {
     return Fault(
         absl::StrCat(where, ": ", kBodyExtension, ".motion.type is \"", type, "\", not static, kinematic or dynamic"));

@@ -102,6 +102,36 @@ TEST(GltfImportTest, BodiesOfOmiPhysicsBecomeWhatTheySay) {
   }
 }
 
+TEST(GltfImportTest, AMotionIsTakenAsItSaysAndWhatItHasBesideIsSaid) {
+  Level level;
+  const int capsule = level.Shape({{"type", "capsule"}, {"capsule", {{"radius", 0.5}, {"height", 2}}}});
+  const int cylinder = level.Shape({{"type", "cylinder"}, {"cylinder", {{"radius", 0.25}, {"height", 3}}}});
+  const auto add = [&](const char* name, int shape, const json& motion) {
+    json body = Physics("dynamic", motion);
+    body["collider"] = {{"shape", shape}};
+    level.Node({{"name", name}, {"translation", {0, 5, 0}}, {"extensions", {{"OMI_physics_body", body}}}});
+  };
+  add("balloon", capsule,
+      {{"mass", 2}, {"gravityFactor", -0.5}, {"angularVelocity", {0, 3, 0}}, {"centerOfMass", {0, 0, 0}}});
+  add("skittle", cylinder, {{"mass", 3}, {"centerOfMass", {0, -0.5, 0}}, {"inertiaDiagonal", {1, 2, 3}}});
+  const GltfImport imported = Imported(level);
+  ASSERT_EQ(imported.dynamic_bodies, 2u);
+  for (const v1::Body& body : imported.scene.bodies()) {
+    if (body.name() == "balloon") {
+      EXPECT_EQ(body.gravity_scale(), -0.5);
+      EXPECT_EQ(body.angular_velocity().y(), 3);
+      EXPECT_EQ(body.shape().capsule().radius(), 0.5);
+      EXPECT_EQ(body.shape().capsule().half_height(), 1);
+    } else {
+      EXPECT_FALSE(body.has_inertia());
+      EXPECT_EQ(body.shape().cylinder().radius(), 0.25);
+      EXPECT_EQ(body.shape().cylinder().half_height(), 1.5);
+    }
+  }
+  EXPECT_THAT(imported.notes, Contains("left out: 1 centres of mass beside those of their shapes"));
+  EXPECT_THAT(imported.notes, Contains("left out: 1 moments of inertia beside those of their shapes"));
+}
+
 // All that hangs below a body that moves is part of it, and the body is where its mass is.
 TEST(GltfImportTest, ShapesBelowABodyAreOneBodyAboutItsCentreOfMass) {
   Level level;
