@@ -2,7 +2,7 @@
 //
 //   BoundedReader<v1::ImportCheckpointRequest> reader(stream, StreamMessageLimit("InstanceService/ImportCheckpoint"));
 //   while (reader.Read(&piece)) ...
-//   if (!reader.status().ok()) return reader.status();   // "data: a message of 2000000 bytes, at most 1114112"
+//   if (!reader.status().ok()) return reader.status();   // "a message of the stream has 2000000 bytes, ..."
 //
 // The method takes its messages as bytes, so BoundedService (bounded_service.h) is to have its handler.
 //

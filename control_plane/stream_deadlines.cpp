@@ -5,7 +5,7 @@
 namespace tessera::control {
 
 StreamDeadlines::StreamDeadlines(std::chrono::milliseconds patience, std::size_t most)
-    : patience_(patience), most_(most), thread_([this] { Run(); }) {}
+    : patience_(patience), most_(most) {}
 
 StreamDeadlines::~StreamDeadlines() {
   {
@@ -13,7 +13,7 @@ StreamDeadlines::~StreamDeadlines() {
     ending_ = true;
   }
   changed_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 std::unique_ptr<StreamDeadlines::Waiting> StreamDeadlines::Begin(std::function<void()> cancel) {
@@ -21,6 +21,7 @@ std::unique_ptr<StreamDeadlines::Waiting> StreamDeadlines::Begin(std::function<v
   if (streams_.size() >= most_) return nullptr;
   const std::uint64_t number = ++last_;
   streams_.emplace(number, Stream{Clock::now() + patience_, std::move(cancel)});
+  if (!thread_.joinable()) thread_ = std::thread([this] { Run(); });  // most doors never need it
   changed_.notify_all();
   return std::make_unique<Waiting>(*this, number);
 }

@@ -313,7 +313,9 @@ void InstanceCheckpoints::RetryRestore(const InstanceEntry& instance, Now now) {
 }
 
 void InstanceCheckpoints::NoteRestoreWaits(InstanceEntry& instance, const std::string& why) {
-  if (std::exchange(instance.restore_waits, OneLine(why, kMaxReasonBytes)) == instance.restore_waits) return;
+  std::string waits = OneLine(why, kMaxReasonBytes);
+  if (waits == instance.restore_waits) return;
+  instance.restore_waits = std::move(waits);
   state_.Log(absl::StrCat("restore waits id=", instance.record.id(), ": ", instance.restore_waits), Severity::kWarning);
   state_.MarkChanged(instance);
 }
