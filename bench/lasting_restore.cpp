@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <exception>
@@ -10,9 +11,7 @@
 #include <functional>
 #include <future>
 #include <iostream>
-#include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -27,6 +26,7 @@
 #include "local_cluster/bot.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/instance_state.h"
+#include "local_cluster/instance_watch.h"
 #include "local_cluster/local_cluster.h"
 #include "local_cluster/scene_file.h"
 
@@ -39,7 +39,8 @@ using std::chrono::milliseconds;
 constexpr const char* kRestoreEngine = "tessera";
 constexpr const char* kRestoreScene = "plaza";
 constexpr std::chrono::seconds kRestorePatience{120};
-constexpr double kPlayed_s = 2;  // between two things that are done to a world
+constexpr double kPlayed_s = 2;    // between two things that are done to a world
+constexpr double kStood_ms = 300;  // longer than a failover, after which nobody has to come back
 
 double MillisecondsBetween(Clock::time_point from, Clock::time_point to) {
   return std::max(0.0, std::chrono::duration<double, std::milli>(to - from).count());
@@ -61,8 +62,7 @@ std::set<pid_t> PidsOf(FailoverStage& stage) {
 }
 
 // All regions step, none of them in one of these processes.
-bool RunsAnew(FailoverStage& stage, const std::set<pid_t>& before, std::size_t regions) {
-  const v1::Instance latest = stage.run().Latest();
+bool RunsAnew(const v1::Instance& latest, const std::set<pid_t>& before, std::size_t regions) {
   return latest.state() == v1::INSTANCE_STATE_RUNNING && latest.region_status_size() == static_cast<int>(regions) &&
          std::ranges::all_of(latest.region_status(), [&](const v1::RegionStatus& status) {
            return status.report().phase() == v1::WORKER_PHASE_RUNNING &&
@@ -127,7 +127,9 @@ void AddWorst(const Add& add, const std::string& metric, std::vector<double> val
 absl::Status RunRestored(const RestoreSize& size, Report& report) {
   std::vector<double> back_ms, gap_ms;
   for (unsigned run = 0; run < size.runs; ++run) {
-    const local::RunOptions options = StageOptions(StageSize(size));
+    // One player: it waits for the control plane's answer while it asks for a grant, and others would wait with it.
+    local::RunOptions options = StageOptions(StageSize(size));
+    options.bots = 1;
     FailoverStage stage(options);
     if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
     v1::CheckpointInstanceRequest checkpoint;
@@ -139,27 +141,30 @@ absl::Status RunRestored(const RestoreSize& size, Report& report) {
     const std::set<pid_t> before = PidsOf(stage);
     for (const pid_t pid : before) kill(pid, SIGKILL);
     const Clock::time_point struck = Clock::now();
-    std::optional<Clock::time_point> runs_again;
-    std::map<const local::Bot*, bool> was_told;
-    std::map<const local::Bot*, Clock::time_point> back;
-    const absl::Status all_back = stage.PlayUntil("every player is back", [&] {
-      const Clock::time_point now = Clock::now();
-      if (!runs_again && RunsAnew(stage, before, options.regions)) runs_again = now;
-      for (local::Bot* bot : stage.run().bots()) {
-        for (const client::ClientEvent& event : bot->events()) {
-          if (event.kind == client::ClientEvent::Kind::kRestored) was_told[bot] = true;
-        }
-        if (was_told[bot] && SeesItself(*bot)) back.emplace(bot, now);
-      }
-      return runs_again && back.size() == stage.run().bots().size();
+    std::atomic<Clock::time_point> runs_again{Clock::time_point()};
+    const local::InstanceWatch watch(connection, stage.run().instance_id(), [&](const v1::Instance& latest) {
+      const bool first = runs_again.load() == Clock::time_point();
+      if (first && RunsAnew(latest, before, options.regions)) runs_again = Clock::now();
     });
-    if (!all_back.ok()) return all_back;
-    for (const auto& [bot, at] : back) {
-      back_ms.push_back(MillisecondsBetween(*runs_again, at));
-      gap_ms.push_back(MillisecondsBetween(struck, at));
-    }
-    std::cerr << fmt::format("lasting: restored {}: runs again after {:.0f} ms, all players back {:.0f} ms later\n",
-                             run + 1, MillisecondsBetween(struck, *runs_again), Quantile(back_ms, 1));
+    // It stands still for the player, and then goes on.
+    LongestGap gap(stage.run().bots());
+    double stood_ms = 0;
+    Clock::time_point back;
+    const absl::Status is_back = stage.PlayUntil("the player is back", [&] {
+      gap.Look();
+      const bool grows = gap.longest_ms() > stood_ms;
+      stood_ms = gap.longest_ms();
+      const bool has_stood = stood_ms > kStood_ms;
+      if (has_stood && !grows && back == Clock::time_point() && SeesItself(*stage.run().bots().front())) {
+        back = Clock::now();
+      }
+      return runs_again.load() != Clock::time_point() && back != Clock::time_point();
+    });
+    if (!is_back.ok()) return is_back;
+    back_ms.push_back(MillisecondsBetween(runs_again, back));
+    gap_ms.push_back(MillisecondsBetween(struck, back));
+    std::cerr << fmt::format("lasting: restored {}: runs again after {:.0f} ms, the player is back {:.0f} ms later\n",
+                             run + 1, MillisecondsBetween(struck, runs_again), back_ms.back());
   }
   const auto add = [&](const std::string& metric, double value, const char* unit) {
     report.Set(kRestoreScene, kRestoreEngine, "restored", metric, value, unit);
@@ -194,7 +199,7 @@ absl::Status UpgradeInstance(const RestoreSize& size, Report& report) {
     if (status.ok()) {
       status = stage.PlayUntil("every player is back", [&] {
         gap.Look();
-        return RunsAnew(stage, before, options.regions) &&
+        return RunsAnew(stage.run().Latest(), before, options.regions) &&
                std::ranges::all_of(stage.run().bots(), [](local::Bot* bot) { return SeesItself(*bot); });
       });
     }
@@ -225,35 +230,38 @@ absl::Status RestartCluster(const RestoreSize& size, Report& report) {
     options.workers_outlive_agents = true;
     FailoverStage stage(options);
     if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
-    LongestGap gap(stage.run().bots());
-    const auto restart = [&](const std::string& what, const std::function<void()>& act) {
-      auto call = std::async(std::launch::async, act);
-      const absl::Status restarted = AwaitBeside(stage, what, call, [&] { gap.Look(); });
-      if (!restarted.ok()) return restarted;
-      const Clock::time_point until = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * kPlayed_s));
-      return stage.PlayUntil(what, [&] {
-        gap.Look();
-        return Clock::now() >= until;
-      });
-    };
+    // Agents end with the thread that starts them, so players are on another one meanwhile.
     local::LocalCluster& cluster = stage.run().cluster();
-    for (std::size_t host = 0; host < options.hosts; ++host) {
-      const absl::Status status = restart("an agent begins anew", [&cluster, host] {
-        cluster.KillAgent(host);
-        cluster.RestartAgent(host);
+    LongestGap gap(stage.run().bots());
+    std::atomic<bool> restarted = false;
+    auto played = std::async(std::launch::async, [&] {
+      return stage.PlayUntil("the agents begin anew", [&] {
+        gap.Look();
+        return restarted.load();
       });
-      if (!status.ok()) return status;
+    });
+    for (std::size_t host = 0; host < options.hosts; ++host) {
+      cluster.KillAgent(host);
+      cluster.RestartAgent(host);
+      std::this_thread::sleep_for(std::chrono::duration<double>(kPlayed_s));
     }
-    const absl::Status status = restart("the control plane begins anew", [&] {
-      cluster.KillControl();
-      cluster.RestartControl();
-      stage.run().WatchAnew();
+    restarted = true;
+    if (absl::Status status = played.get(); !status.ok()) return status;
+    // Nobody plays for the moment in which the control plane begins anew; regions do not wait for it.
+    cluster.KillControl();
+    cluster.RestartControl();
+    stage.run().WatchAnew();
+    LongestGap after(stage.run().bots());
+    const Clock::time_point until = Clock::now() + milliseconds(static_cast<int>(1000 * kPlayed_s));
+    const absl::Status status = stage.PlayUntil("the control plane begins anew", [&] {
+      after.Look();
+      return Clock::now() >= until;
     });
     if (!status.ok()) return status;
     if (absl::Status on = stage.PlayOn(); !on.ok()) return on;
     stage.TakeCensus(outcome);
     outcome.runs += 1;
-    gaps_ms.push_back(gap.longest_ms());
+    gaps_ms.push_back(std::max(gap.longest_ms(), after.longest_ms()));
     std::cerr << fmt::format("lasting: restarted {}: players saw the world stand for {:.0f} ms at the longest\n",
                              run + 1, gaps_ms.back());
   }
@@ -382,8 +390,9 @@ class TakeoverStage {
   bool TryJoin(World& world) {
     auto bot = local::Bot::Join(cluster_.control_address(), world.id, fmt::format("bot-{}", world.bots.size()),
                                 world.bots.size() + 1);
-    if (bot.ok()) world.bots.push_back(*std::move(bot));
-    return bot.ok();
+    const bool joined = bot.ok();
+    if (joined) world.bots.push_back(*std::move(bot));
+    return joined;
   }
   void Join(World& world) {
     if (!TryJoin(world)) throw local::CommandError("nobody can join " + world.id);

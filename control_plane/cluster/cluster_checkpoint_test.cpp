@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "control_plane/branches.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/testing/cluster_harness.h"
@@ -15,13 +16,16 @@ using std::chrono::seconds;
 using ::testing::HasSubstr;
 
 struct CheckpointedWorld {
-  explicit CheckpointedWorld(std::int64_t interval_ms) {
+  explicit CheckpointedWorld(std::int64_t interval_ms, std::uint32_t players = 0) {
     harness.AddHost("alpha", 4);
     harness.AddHost("beta", 4);
-    InstancePlan plan = TestPlan(4);
+    InstancePlan plan = TestPlan(4, players);
     plan.checkpoint_interval = std::chrono::milliseconds(interval_ms);
     plan.keep_checkpoints = 2;
     id = harness.cluster().CreateInstance(harness.now, plan, false)->id();
+    for (std::uint32_t i = 0; i < players; ++i) {
+      EXPECT_TRUE(harness.cluster().Join(harness.now, JoinRequest(id, absl::StrCat("player ", i))).ok());
+    }
     harness.Run(seconds(1));
     EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
   }
@@ -246,6 +250,17 @@ TEST(CheckpointTest, AWorldThatCannotBeginAgainForWantOfAHostWaitsForOne) {
   harness.Run(seconds(3));
   EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(world.id).reason();
   EXPECT_TRUE(harness.Get(world.id).changes().empty()) << harness.Get(world.id).changes(0).text();
+}
+
+TEST(CheckpointTest, AWorldThatBeginsAgainDoesNotWaitForItsPlayers) {
+  CheckpointedWorld world(0, 2);
+  ClusterHarness& harness = world.harness;
+  world.MakeOne();
+  world.KillAll();
+  for (auto& [name, agent] : harness.agents) agent.fake.connect_players = false;
+  ASSERT_EQ(world.RestoreIt(), world.last.tick());
+  harness.Run(seconds(2));
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING);
 }
 
 TEST(CheckpointTest, AWorldWhoseWorkersDieAsItBeginsAgainIsNoEndlessLoop) {

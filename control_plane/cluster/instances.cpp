@@ -52,7 +52,9 @@ LifeFacts Instances::Facts(const InstanceEntry& instance, int waiting, Now now) 
   const int there = pending ? waiting + static_cast<int>(instance.players.present()) : ConnectedEverywhere(instance);
   LifeFacts facts;
   facts.workers = FactsOfWorkers(state_, instance);
-  facts.players_ready = there >= static_cast<int>(instance.record.expected_players());
+  // A world that has run before and begins again waits for nobody: its players come back to it.
+  facts.players_ready =
+      instance.record.has_start_time() || there >= static_cast<int>(instance.record.expected_players());
   facts.start_deadline_passed = now.steady >= instance.start_deadline;
   facts.start_timed_out = now.steady - instance.state_since >= settings_.start_timeout;
   return facts;
