@@ -126,7 +126,7 @@ struct ClientEvent {
     kPropertyChanged,  // body, region, property: of one that has appeared before; PropertyOf gives the new value
     kClockChanged,     // the world pauses, goes on, or goes at another pace: see Client::clock
     kCommandRefused,   // region, input_number: of the command, detail. It is sent again unless it can never be taken
-    kGrantNeeded,      // no known address has answered for 3 s: Client::Renew with another grant may lead back
+    kGrantNeeded,      // no known address has answered for 1.5 s: Client::Renew with another grant may lead back
     kRestored,         // the world goes on from an earlier moment: all bodies vanish, and appear as they were then
     kWorldPropertyChanged,  // property: WorldPropertyOf gives the new value
     // The own body was shown more than a centimetre elsewhere than it came to be. body, region, input_number: the

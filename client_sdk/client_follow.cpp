@@ -40,7 +40,9 @@ void Client::Impl::Follow(TimePoint now) {
 void Client::Impl::CheckProgress(TimePoint now) {
   const bool any = regions.AnyWelcomed(), scene = !delivery.under_way();
   const ClientProgress::Due due =
-      progress.Look(now, {.scene = scene, .all_welcomed = regions.AllWelcomed(), .any_welcomed = any});
+      progress.Look(now, {.scene = scene,
+                          .all_welcomed = regions.AllWelcomed(),
+                          .any_heard = regions.AnyHeard(network, ClientProgress::kHeardWithin)});
   if (due.late) {
     return End(NotJoined(settings.instance_id, regions, scene), "",
                settings.by_grant && !any && regions.Mute() != nullptr);

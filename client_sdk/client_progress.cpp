@@ -26,7 +26,7 @@ ClientProgress::Due ClientProgress::Look(TimePoint now, const Seen& seen) {
   if (state_ == ClientState::kWaiting && started_) state_ = ClientState::kPlaying;
   const bool joining = state_ == ClientState::kJoining;
   if (joining && now >= *joined_by_) return {.late = true, .search = false, .ask_grant = false, .lost = false};
-  if (seen.any_welcomed) {
+  if (seen.any_heard) {
     EndSilence();
     return {};
   }

@@ -23,12 +23,15 @@ namespace tessera::client {
 
 class ClientProgress {
  public:
+  // A region of which nothing came for so long counts as silent, though its connection may last for some seconds more:
+  // twice the time between two pings.
+  static constexpr std::chrono::milliseconds kHeardWithin{1000};
   // After so long without an answer all regions of the map are dialled: the regions that replace those that were near
   // may lie elsewhere.
   static constexpr std::chrono::seconds kSearchAfter{1};
-  // After so long none of the addresses that the client knows leads anywhere, as far as it can tell: longer than a
-  // failover takes.
-  static constexpr std::chrono::seconds kAskForGrantAfter{3};
+  // After so long none of the addresses that the client knows leads anywhere, as far as it can tell: with the time
+  // before it longer than a failover takes.
+  static constexpr std::chrono::milliseconds kAskForGrantAfter{500};
   // Without any region for so long, the instance counts as lost; shorter than that, a failover may bring it back.
   static constexpr std::chrono::seconds kMaxSilence{30};
 
@@ -56,7 +59,7 @@ class ClientProgress {
   struct Seen {
     bool scene = false;         // it is here
     bool all_welcomed = false;  // by all regions that it is connected to
-    bool any_welcomed = false;
+    bool any_heard = false;     // one that has welcomed it has been heard of in time
   };
   struct Due {
     bool late = false;       // the time to join is over

@@ -27,6 +27,12 @@ RegionConnection* ConnectedRegions::Of(net::PeerHandle peer) {
 
 bool ConnectedRegions::AnyWelcomed() const { return std::ranges::any_of(connections_, &RegionConnection::welcomed); }
 
+bool ConnectedRegions::AnyHeard(const ClientEndpoint& network, std::chrono::milliseconds within) const {
+  return std::ranges::any_of(connections_, [&](const RegionConnection& connection) {
+    return connection.welcomed() && network.StatsOf(connection.peer()).heard_ago < within;
+  });
+}
+
 bool ConnectedRegions::AllWelcomed() const {
   return !connections_.empty() && std::ranges::all_of(connections_, &RegionConnection::welcomed);
 }

@@ -51,6 +51,8 @@ class ConnectedRegions {
   const PartitionMap& map() const { return map_; }
   RegionConnection* Of(net::PeerHandle peer);  // null: dropped
   bool AnyWelcomed() const;
+  // One of them has been heard of within that time.
+  bool AnyHeard(const ClientEndpoint& network, std::chrono::milliseconds within) const;
   bool AllWelcomed() const;  // and there is one
   bool IsWelcomed(RegionId region) const;
   std::vector<RegionId> Welcomed() const;

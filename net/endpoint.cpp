@@ -1,6 +1,7 @@
 #include "net/endpoint.h"
 
 #include <enet/enet.h>
+#include <enet/time.h>
 
 #include <algorithm>
 #include <utility>
@@ -321,6 +322,8 @@ PeerStats Endpoint::StatsOf(PeerHandle peer) const {
   if (found == impl_->peers.end()) return {};
   const Impl::Peer& known = found->second;
   return {.round_trip = std::chrono::milliseconds(known.connected ? known.enet->roundTripTime : 0),
+          .heard_ago = std::chrono::milliseconds(
+              known.connected ? ENET_TIME_DIFFERENCE(enet_time_get(), known.enet->lastReceiveTime) : 0),
           .bytes_sent = known.bytes_sent,
           .bytes_received = known.bytes_received};
 }

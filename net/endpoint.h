@@ -81,6 +81,8 @@ struct Event {
 
 struct PeerStats {
   std::chrono::milliseconds round_trip{0};
+  // Since anything came from a peer that is connected, an answer to a ping at least; pings go out every half second.
+  std::chrono::milliseconds heard_ago{0};
   std::uint64_t bytes_sent = 0, bytes_received = 0;  // payload
 };
 

@@ -178,7 +178,7 @@ enum {
   TESSERA_EVENT_CLOCK_CHANGED = 14,    /* the world pauses, goes on, or goes at another pace; see tessera_get_clock */
   /* input: number of the command, detail. It is sent again, unless it can never be taken. */
   TESSERA_EVENT_COMMAND_REFUSED = 15,
-  /* No address that the client knows has answered for 3 s: the world has moved, or is being restored, or is gone. A
+  /* No address that the client knows has answered for 1.5 s: the world has moved, or is being restored, or is gone. A
    * newer grant (tessera_renew) may lead back; without one the client ends after 30 s with TESSERA_NEW_GRANT_NEEDED. */
   TESSERA_EVENT_GRANT_NEEDED = 16,
   /* The world goes on from an earlier moment, by a checkpoint: all bodies vanish, and appear as they were then. */
