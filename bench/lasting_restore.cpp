@@ -197,10 +197,19 @@ absl::Status UpgradeInstance(const RestoreSize& size, Report& report) {
     });
     absl::Status status = AwaitBeside(stage, "upgraded", call, [&] { gap.Look(); });
     if (status.ok()) {
+      // Before the new processes step a player sees the old world, which stands: a later tick is of the new one.
+      std::vector<Tick> stood;
       status = stage.PlayUntil("every player is back", [&] {
         gap.Look();
-        return RunsAnew(stage.run().Latest(), before, options.regions) &&
-               std::ranges::all_of(stage.run().bots(), [](local::Bot* bot) { return SeesItself(*bot); });
+        const std::vector<local::Bot*>& bots = stage.run().bots();
+        if (stood.empty()) {
+          if (!RunsAnew(stage.run().Latest(), before, options.regions)) return false;
+          for (local::Bot* bot : bots) stood.push_back(bot->client().tick());
+        }
+        for (std::size_t i = 0; i < bots.size(); ++i) {
+          if (bots[i]->client().tick() == stood[i] || !SeesItself(*bots[i])) return false;
+        }
+        return true;
       });
     }
     if (!status.ok()) return status;
