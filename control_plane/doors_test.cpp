@@ -143,43 +143,25 @@ TEST_F(DoorsTest, ARequestThatWouldTakeGigabytesIsNotParsed) {
 TEST_F(DoorsTest, MessagesOfStreamsAreMeasuredBeforeTheyAreParsed) {
   const auto socket = Socket();
   const std::string piece(2 * kPieceBytes, 'x');
-  const std::string refusal = absl::StrCat("at most ", kPieceBytes + kAroundPieceBytes);
   const auto instances = v1::InstanceService::NewStub(socket);
   const auto agents = v1::AgentLinkService::NewStub(socket);
-  {
+  const auto visuals = v1::VisualService::NewStub(socket);
+  const auto expect_refused = [&](auto& stub, auto call, auto request, auto response, std::size_t most) {
     grpc::ClientContext context;
-    v1::ImportCheckpointResponse response;
-    v1::ImportCheckpointRequest request;
     request.set_data(piece);
-    const auto stream = instances->ImportCheckpoint(&context, &response);
+    const auto stream = (stub.*call)(&context, &response);
     stream->Write(request);
     stream->WritesDone();
     const grpc::Status status = stream->Finish();
     EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
-    EXPECT_THAT(status.error_message(), HasSubstr(refusal));
-  }
-  {
-    grpc::ClientContext context;
-    v1::UploadCheckpointResponse response;
-    v1::UploadCheckpointRequest request;
-    request.set_data(piece);
-    const auto stream = agents->UploadCheckpoint(&context, &response);
-    stream->Write(request);
-    stream->WritesDone();
-    const grpc::Status status = stream->Finish();
-    EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
-    EXPECT_THAT(status.error_message(), HasSubstr(refusal));
-  }
-  {
-    grpc::ClientContext context;
-    v1::PutVisualResponse response;
-    v1::PutVisualRequest request;
-    request.set_data(piece);
-    const auto stream = v1::VisualService::NewStub(socket)->PutVisual(&context, &response);
-    stream->Write(request);
-    stream->WritesDone();
-    EXPECT_EQ(stream->Finish().error_code(), StatusCode::RESOURCE_EXHAUSTED);
-  }
+    EXPECT_THAT(status.error_message(), HasSubstr(absl::StrCat("at most ", most + kAroundPieceBytes)));
+  };
+  expect_refused(*instances, &v1::InstanceService::Stub::ImportCheckpoint, v1::ImportCheckpointRequest(),
+                 v1::ImportCheckpointResponse(), kPieceBytes);
+  expect_refused(*agents, &v1::AgentLinkService::Stub::UploadCheckpoint, v1::UploadCheckpointRequest(),
+                 v1::UploadCheckpointResponse(), kPieceBytes);
+  expect_refused(*visuals, &v1::VisualService::Stub::PutVisual, v1::PutVisualRequest(), v1::PutVisualResponse(),
+                 kVisualPieceBytes);
   v1::AgentMessage hollow;
   AddRaw(hollow, v1::AgentMessage::kHeartbeatFieldNumber,
          EmptyMessages(v1::AgentHeartbeat::kWorkersFieldNumber, 2'000'000));

@@ -44,7 +44,7 @@ class Players {
     while (!stopped_) {
       ended_ = 0;
       for (const auto& bot : bots_) ended_ += bot->Frame(std::chrono::steady_clock::now()) ? 0 : 1;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));  // the pace of a game's frames; nobody waits by it
     }
   }
 
