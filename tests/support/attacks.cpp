@@ -38,7 +38,7 @@ constexpr seconds kAttackPatience{120};  // the attacker is as slow as all else
 constexpr seconds kAttackPatience{20};
 #endif
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
-constexpr int kInventedPlayers = 16'000'000, kHollowReports = 16'000'000;
+constexpr int kInventedPlayers = 16'000'000, kBoastedPlayers = 1'000'000, kHollowReports = 16'000'000;
 constexpr char kHealthCheck[] = "/grpc.health.v1.Health/Check";
 
 std::chrono::system_clock::time_point Soon() { return std::chrono::system_clock::now() + kAttackPatience; }
@@ -190,6 +190,18 @@ void InParallel(int count, const Act& act) {
   threads.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) threads.emplace_back([&act, i] { act(i); });
   for (std::thread& thread : threads) thread.join();
+}
+
+// About a worker of the instance: that so many players are connected to it.
+v1::AgentMessage ReportOf(const v1::Instance& instance, int players) {
+  v1::AgentMessage message;
+  v1::WorkerReport& report = *message.mutable_report();
+  if (instance.region_status_size() > 0) *report.mutable_identity() = instance.region_status(0).report().identity();
+  report.mutable_connected_players()->Reserve(players);
+  for (int player = 1; player <= players; ++player) {
+    report.add_connected_players(static_cast<std::uint32_t>(player % 128));  // a byte each
+  }
+  return message;
 }
 
 void TryFetches(AttackingHost& host, const v1::Instance& instance, Outcome& outcome) {
@@ -369,22 +381,19 @@ Outcome LieAsHost(const Target& target, const std::string& instance) {
   }
   {
     AttackingHost host(target, "counter", 1);
-    v1::AgentMessage report;
-    if (before.region_status_size() > 0) {
-      *report.mutable_report()->mutable_identity() = before.region_status(0).report().identity();
-    }
-    report.mutable_report()->mutable_connected_players()->Reserve(kInventedPlayers);
-    for (int player = 1; player <= kInventedPlayers; ++player) {
-      report.mutable_report()->add_connected_players(static_cast<std::uint32_t>(player % 128));  // a byte each
-    }
-    host.Send(report);
+    host.Send(ReportOf(before, kInventedPlayers));
+    outcome.Try("16 million players are taken", host.End().error_code() == StatusCode::RESOURCE_EXHAUSTED);
+  }
+  {
+    AttackingHost host(target, "braggart", 1);
+    host.Send(ReportOf(before, kBoastedPlayers));
     // The control plane takes messages in turn, so it has judged the report once it answers for its successor.
     v1::AgentMessage heartbeat;
     heartbeat.mutable_heartbeat();
     outcome.Try("a host that lies keeps others waiting", host.Send(heartbeat) && OperatorsCallSeconds(target) >= 0);
     const v1::Instance believed = GetInstance(target, instance);
     for (const v1::RegionStatus& region : believed.region_status()) {
-      outcome.Try("16 million players are believed", region.report().connected_players_size() < 10'000);
+      outcome.Try("a million players are believed", region.report().connected_players_size() < 10'000);
     }
   }
   {
