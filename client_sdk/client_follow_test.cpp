@@ -164,7 +164,7 @@ TEST_F(ClientFollowTest, WhenAllThatAreNearFallSilentTheOthersAreAsked) {
   const auto clients = [&](std::size_t i) { return instance->regions[i]->clients(); };
   ASSERT_TRUE(Until([&] { return clients(0) == 1 && clients(1) + clients(2) + clients(3) == 0; }));
   const PartitionMap next = Handed(instance->map, RegionId(1), RegionId(4));
-  instance->regions.erase(instance->regions.begin());  // 2, 3 and 4 are left
+  instance->End(0);  // 2, 3 and 4 are left
   ASSERT_TRUE(Until([&] { return clients(0) == 1 && clients(1) == 1 && clients(2) == 1; }, true));
   for (const auto& region : instance->regions) region->TellMap(next);
   ASSERT_TRUE(Until([&] { return clients(0) + clients(1) == 0; }, true));
@@ -209,7 +209,7 @@ struct ClientRestoreTest : ClientFixture {
   void EndTheProcesses() {
     instance->regions[0]->Stop("the region goes on elsewhere", true);
     ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 1; }));
-    instance->regions.clear();
+    instance->EndAll();
   }
   static std::vector<BodyRecord> At(double x) { return {{kBall, Epoch(1), Moving(x, 0)}}; }
   void Wait(std::chrono::milliseconds time) {
@@ -274,7 +274,7 @@ TEST_F(ClientRestoreTest, SeveralRegionsThatAnswerBeforeTheFirstSnapshotMakeNoDi
   }
   for (const auto& region : instance->regions) region->Stop("the region goes on elsewhere", true);
   ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 2; }));
-  instance->regions.clear();
+  instance->EndAll();
   for (const RegionId id : {RegionId(1), RegionId(2)}) instance->Add(id, Incarnation(7)).started = true;
   ASSERT_TRUE(client->Renew(instance->Grant(false, client->player())).ok());
   ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 2; }, true));

@@ -198,7 +198,7 @@ TEST_F(ClientGrantTest, ASceneThatNeverComesIsSaidToBeMissing) {
 TEST_F(ClientGrantTest, WhereNobodyAnswersANewGrantIsNeeded) {
   MakeWalled(2);
   const std::vector<std::uint8_t> grant = instance->Grant();
-  instance->regions.clear();
+  instance->EndAll();
   ASSERT_NO_FATAL_FAILURE(JoinBy(grant, ByGrant()));
   ASSERT_TRUE(Until([&] {
     now += std::chrono::milliseconds(100);

@@ -134,7 +134,7 @@ TEST_F(ClientTest, ARegionThatDoesNotAnswerIsNamed) {
   Make(2);
   const std::uint16_t port = instance->regions[1]->port();
   Join();
-  instance->regions.pop_back();
+  instance->End(1);
   ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }, true));
   EXPECT_EQ(client->reason().code(), absl::StatusCode::kDeadlineExceeded);
   EXPECT_EQ(client->reason().message(), "region 2 at 127.0.0.1:" + std::to_string(port) + " does not answer");

@@ -369,12 +369,23 @@ class FakeInstance : public v1::SessionService::Service {
 
   // Replaces a region by a new process on the same port.
   void Restart(std::size_t index) {
+    const std::lock_guard lock(regions_change_);
     const std::uint16_t port = regions[index]->port();
     regions[index].reset();
     regions[index] = std::make_unique<FakeRegion>(map.regions()[index].id, *scene, map, key_, kId, port);
   }
+  // As if the process had died, or all of them.
+  void End(std::size_t index) {
+    const std::lock_guard lock(regions_change_);
+    regions.erase(regions.begin() + static_cast<std::ptrdiff_t>(index));
+  }
+  void EndAll() {
+    const std::lock_guard lock(regions_change_);
+    regions.clear();
+  }
   // A region that the map has not had, or a further life of one: on a port of its own.
   FakeRegion& Add(RegionId id, Incarnation incarnation = Incarnation(1)) {
+    const std::lock_guard lock(regions_change_);
     regions.push_back(std::make_unique<FakeRegion>(id, *scene, map, key_, kId, 0, incarnation));
     return *regions.back();
   }
@@ -431,6 +442,7 @@ class FakeInstance : public v1::SessionService::Service {
     response->set_credential_key(seed.data(), seed.size());
     response->set_instance_key(instance_key.data(), instance_key.size() - (short_instance_key ? 1 : 0));
     *response->mutable_map() = ToProto(map);
+    const std::lock_guard lock(regions_change_);
     for (std::size_t i = 0; i < regions.size(); ++i) {
       v1::RegionAddress& address_of = *response->add_regions();
       address_of.set_region(map.regions()[i].id.value());
@@ -480,6 +492,7 @@ class FakeInstance : public v1::SessionService::Service {
   const net::SigningKey key_ = net::SigningKey::Make();
   std::string scene_bytes_, scene_hash_;
   std::atomic<std::uint32_t> players_ = 0, returned_ = 0;
+  std::mutex regions_change_;     // a client may ask for another grant while the test ends and starts regions
   host::TemporaryFolder folder_;  // holds the socket
   std::unique_ptr<grpc::Server> server_;
 };
