@@ -11,6 +11,8 @@
 // never started again, but its exit is kept, and sent to each control plane that the agent attaches to, until the
 // desired set no longer holds it. Only a bind failure before its ports are known (exit code 98) is tried again, with
 // other ports. Nothing is ended because a control plane or an agent is away. Thread rule: one owner.
+//
+// It has 44 methods: one for each event, and one for each step of a worker's life that several events lead to.
 #pragma once
 
 #include <sys/types.h>

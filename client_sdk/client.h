@@ -13,6 +13,8 @@
 //     for (const ShownBody& body : (*client)->Interpolated(Clock::now())) Draw(body.id, body.pose);
 //   }
 //
+// It has 50 methods: one for each function of tessera.h, which passes its calls on to them.
+//
 // Poll never waits; Join and Leave do, up to a deadline. JoinByGrant does not: it needs no control plane, and gets the
 // scene from the regions while it is JOINING. It uses no thread of its own beyond gRPC's, which only Join has.
 // Thread rule: one thread at a time. Times given to one client never go back.

@@ -5,6 +5,9 @@
 //
 // A pair's begin or end is an event for both of its bodies; the one that another region owns gets it by a message, and
 // static bodies are told where the pair is reported. Thread rule: one thread at a time.
+//
+// It has some 50 methods because it is the game's whole world: two thirds are those of game::GameWorld, and most of
+// them pass the question to the part that owns the data.
 #pragma once
 
 #include <map>

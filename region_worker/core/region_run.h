@@ -7,6 +7,8 @@
 //   each order: run.Follow(order, now, links, actions);
 //   each round: if (run.Advance(now, links, actions)) { run.Step(now, observer, links, actions); run.StepEnded(...); }
 //
+// It has 44 methods, of which some twenty let others read its parts.
+//
 // Every part owns its state and is passed the region; what goes out are actions. Links outlive it. Thread rule: one
 // thread.
 #pragma once
