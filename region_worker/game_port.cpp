@@ -41,6 +41,7 @@ void GamePort::Open(GameRules rules, Admit admit, EndedBecause ended_because) {
 }
 
 ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
+  serviced_at_ = now;
   ReceivedFromClients received;
   const std::vector<net::Event> events = endpoint_->Service(std::chrono::milliseconds(0));
   for (const net::Event& event : events) {
@@ -265,10 +266,10 @@ std::vector<PlayerNumber> GamePort::players() const {
   return players;
 }
 
-std::uint64_t GamePort::SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams, TimePoint now) {
+std::uint64_t GamePort::SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams) {
   const auto found = clients_.find(peer);
   if (found == clients_.end() || datagrams.empty()) return 0;
-  if (!found->second.unanswered_since) found->second.unanswered_since = now;
+  if (!found->second.unanswered_since) found->second.unanswered_since = serviced_at_;
   std::uint64_t bytes = 0;
   for (const net::Bytes& datagram : datagrams) {
     if (endpoint_->Send(peer, net::Delivery::kUnsequenced, datagram).ok()) bytes += datagram.size();

@@ -10,7 +10,7 @@
 //   GamePort port(*std::move(endpoint), metrics);
 //   port.Open(rules, [&](PlayerNumber player, net::Generation generation) { return Admission::kWelcome; });
 //   loop: for (const PlayerInput& input : port.Service(now, tick, started).inputs) ...
-//         for (const auto& [peer, client] : port.clients()) port.SendDatagrams(peer, bytes, now);
+//         for (const auto& [peer, client] : port.clients()) port.SendDatagrams(peer, bytes);
 //         port.Flush();
 //
 // Nothing that a client sends is trusted. Thread rule: one thread.
@@ -118,9 +118,9 @@ class GamePort {
   const std::map<net::PeerHandle, ConnectedClient>& clients() const { return clients_; }
   std::vector<PlayerNumber> players() const;  // ascending, without viewers
 
-  // Both queue for a client that is still connected. Datagrams may be lost and have to be answered; the result is the
-  // number of bytes queued.
-  std::uint64_t SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams, TimePoint now);
+  // Both queue for a client that is still connected. Datagrams may be lost and have to be answered, from the last
+  // Service on; the result is the number of bytes queued.
+  std::uint64_t SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams);
   void Send(net::PeerHandle peer, const v1::RegionControl& message);
   // A reliable message of core/replication/scene_transfer.h.
   void SendScene(net::PeerHandle peer, std::span<const std::uint8_t> message);
@@ -184,6 +184,7 @@ class GamePort {
   EndedBecause ended_because_;
   std::map<net::PeerHandle, PendingClient> pending_;
   std::map<net::PeerHandle, ConnectedClient> clients_;
+  TimePoint serviced_at_{};  // by the caller's clock, which may be none of this machine's
   // Lines for which a client gives cause as often as it likes.
   telemetry::LogThrottle welcomes_, departures_;
   std::map<v1::RefusalReason, telemetry::LogThrottle> refusals_;

@@ -70,8 +70,8 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
     const replication::WrittenSnapshot written =
         sender->Write(*history_, views[order[i]], region.LastInput(client->player), client->input_margin_ticks);
     full = full || written.full;
-    bytes += port.SendDatagrams(peer, written.datagrams, begin);
-    if (!written.datagrams.empty()) bytes += SendMovement(region, peer, *client, port, begin);
+    bytes += port.SendDatagrams(peer, written.datagrams);
+    if (!written.datagrams.empty()) bytes += SendMovement(region, peer, *client, port);
   }
   port.Flush();
   metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
@@ -81,13 +81,13 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
 
 // To the player whose body the game's own movement moves here; the bytes sent.
 std::uint64_t SnapshotBroadcast::SendMovement(const region::Region& region, net::PeerHandle peer,
-                                              const ConnectedClient& client, GamePort& port, TimePoint now) {
+                                              const ConnectedClient& client, GamePort& port) {
   if (IsViewer(client.player)) return 0;
   const auto moved = region.MovementOf(client.player);
   if (!moved) return 0;
   const net::Bytes news =
       replication::EncodeMovementNews({.tick = region.tick(), .name = moved->movement.name, .state = moved->state});
-  return port.SendDatagrams(peer, {&news, 1}, now);
+  return port.SendDatagrams(peer, {&news, 1});
 }
 
 void SnapshotBroadcast::Push(const region::Region& region) {
@@ -109,8 +109,8 @@ void SnapshotBroadcast::ShowStanding(const region::Region& region, const PlayerP
     if (!to_all && !std::binary_search(fresh.begin(), fresh.end(), peer)) continue;
     const replication::WrittenSnapshot written = sender->Write(
         *history_, ViewOf(region, places, *client), region.LastInput(client->player), client->input_margin_ticks);
-    std::uint64_t bytes = port.SendDatagrams(peer, written.datagrams, Clock::now());
-    if (!written.datagrams.empty()) bytes += SendMovement(region, peer, *client, port, Clock::now());
+    std::uint64_t bytes = port.SendDatagrams(peer, written.datagrams);
+    if (!written.datagrams.empty()) bytes += SendMovement(region, peer, *client, port);
     metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
   }
   port.Flush();

@@ -53,7 +53,7 @@ class SnapshotBroadcast {
   };
 
   static std::uint64_t SendMovement(const region::Region& region, net::PeerHandle peer, const ConnectedClient& client,
-                                    GamePort& port, TimePoint now);
+                                    GamePort& port);
   void Push(const region::Region& region);
   // Makes senders for clients that are new and drops those of clients that have left, or wait for the scene.
   std::vector<Recipient> Recipients(const GamePort& port);
