@@ -29,10 +29,14 @@ std::string Name(const SimulatedWorker& worker) {
 
 Deployment::Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptions& options)
     : around_(options.seed, std::move(scene)),
-      control_(around_.timeline, around_.network, options.seed + 1),
+      store_(around_.timeline),
       map_(*MakeGridMap(around_.scene->ground(), options.regions)),
       invariants_(std::make_unique<InvariantChecker>(*around_.scene)),
       regions_(options.regions) {
+  for (std::uint32_t number = 1; number <= options.controls; ++number) {
+    controls_.push_back(std::make_unique<SimulatedControl>(around_.timeline, around_.network, store_,
+                                                           options.seed + number, number, options.controls > 1));
+  }
   around_.settings = options.settings;
   around_.game = options.game;
   around_.damaged_games = options.damaged_games;
@@ -49,14 +53,15 @@ Deployment::Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptio
 Deployment::~Deployment() = default;
 
 void Deployment::Begin(const DeploymentOptions& options) {
-  control_.Start();
+  StartControls();
+  RunUntil(kPatience, [this] { return control().alive(); });
   for (std::uint32_t i = 1; i <= options.hosts; ++i) {
     v1::AddHostRequest request;
     request.set_name(absl::StrCat("host", i));
     request.set_max_regions(kMaxRegions);
     const auto added =
-        control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.AddHost(now, request); });
-    hosts_.push_back(std::make_unique<SimulatedHost>(around_, control_, i, options.capacity, added->join_token()));
+        control().Call([&](control::Cluster& cluster, control::Now now) { return cluster.AddHost(now, request); });
+    hosts_.push_back(std::make_unique<SimulatedHost>(around_, controls_, i, options.capacity, added->join_token()));
     hosts_.back()->on_ending = [this](SimulatedWorker& worker) { Ending(worker); };
     hosts_.back()->StartAgent();
   }
@@ -82,7 +87,7 @@ void Deployment::Begin(const DeploymentOptions& options) {
     property.set_number(std::get<std::int64_t>(declared.initial));
   }
   if (around_.scene->player) plan.spawn_points = around_.scene->player->spawn_points;
-  const auto made = control_.Call(
+  const auto made = control().Call(
       [&](control::Cluster& cluster, control::Now now) { return cluster.CreateInstance(now, plan, false); });
   if (!made.ok()) return invariants_->Problem(Tick(), std::string(made.status().message()));
   id_ = made->id();
@@ -92,9 +97,9 @@ void Deployment::RunFor(Micros time) {
   const Micros end = around_.timeline.now() + time;
   while (!around_.timeline.empty() && around_.timeline.next() <= end) around_.timeline.RunNext();
   around_.timeline.AdvanceTo(end);
-  if (!control_.alive() || control_.writing()) return;
+  if (!control().answers()) return;
   const auto seen =
-      control_.Call([this](control::Cluster& cluster, control::Now) { return GetInstance(cluster.state(), id_); });
+      control().Call([this](control::Cluster& cluster, control::Now) { return GetInstance(cluster.state(), id_); });
   if (seen.ok()) last_seen_ = *seen;
   TakeAnswers();
 }
@@ -131,18 +136,20 @@ SimulatedWorker* Deployment::Newcomer() const {
 }
 
 bool Deployment::Scale(std::uint32_t regions) {
-  if (!control_.alive()) return false;
+  if (!control().alive()) return false;
   v1::ScaleInstanceRequest request;
   request.set_id(id_);
   request.set_regions(regions);
-  const auto taken =
-      control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.ScaleInstance(now, request); });
+  const auto taken = control().Call([&](control::Cluster& cluster, control::Now now) -> absl::StatusOr<v1::Instance> {
+    if (cluster.state().recovering()) return absl::UnavailableError("it takes up what runs");  // as the doors answer
+    return cluster.ScaleInstance(now, request);
+  });
   if (taken.ok()) regions_ = regions;
   return taken.ok();
 }
 
 absl::Status Deployment::Pause(bool paused) {
-  return control_
+  return control()
       .Call([&](control::Cluster& cluster, control::Now now) {
         v1::PauseInstanceRequest pause;
         pause.set_id(id_);
@@ -157,7 +164,7 @@ absl::Status Deployment::MakeTicks(std::uint32_t ticks) {
   v1::ResumeInstanceRequest request;
   request.set_id(id_);
   request.set_ticks(ticks);
-  return control_
+  return control()
       .Call([&](control::Cluster& cluster, control::Now now) { return cluster.ResumeInstance(now, request); })
       .status();
 }
@@ -166,7 +173,8 @@ absl::Status Deployment::SetPace(double ticks_per_second) {
   v1::SetPaceRequest request;
   request.set_id(id_);
   request.set_ticks_per_second(ticks_per_second);
-  return control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.SetPace(now, request); })
+  return control()
+      .Call([&](control::Cluster& cluster, control::Now now) { return cluster.SetPace(now, request); })
       .status();
 }
 
@@ -178,17 +186,18 @@ absl::Status Deployment::SetGame(const std::string& game, const std::set<RegionI
   request.set_id(id_);
   request.mutable_game()->set_name("next.lua");
   request.mutable_game()->set_content(game);
-  return control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.SetGame(now, request, hash); })
+  return control()
+      .Call([&](control::Cluster& cluster, control::Now now) { return cluster.SetGame(now, request, hash); })
       .status();
 }
 
 bool Deployment::Calm() const {
-  return control_.alive() && last_seen_.state() == v1::INSTANCE_STATE_RUNNING && Still();
+  return control().alive() && last_seen_.state() == v1::INSTANCE_STATE_RUNNING && Still();
 }
 
 bool Deployment::Still() const {
   const std::vector<SimulatedWorker*> workers = Workers();
-  if (workers.size() != regions_ || (control_.alive() && last_seen_.changes_size() > 0)) return false;
+  if (workers.size() != regions_ || (control().alive() && last_seen_.changes_size() > 0)) return false;
   const MapVersion version = workers.front()->region() ? workers.front()->region()->map().version() : MapVersion();
   return std::ranges::all_of(workers, [&](const SimulatedWorker* worker) {
     if (!worker->Moves() || !worker->Protected() || !Counts(*worker)) return false;
@@ -205,7 +214,7 @@ bool Deployment::AwaitCalm(Micros patience) {
 void Deployment::Settle() {
   around_.network.conditions() = {};
   around_.network.ClearCuts();
-  if (!control_.alive()) control_.Start();
+  StartControls();
   for (const auto& host : hosts_) {
     if (!host->agent_alive()) host->StartAgent();
   }
@@ -228,7 +237,7 @@ void Deployment::Settle() {
   invariants_->CheckOwners(end, owned);
   CheckHealths(end);
   CheckCopies();
-  control_.Start();
+  StartControls();
   for (const auto& host : hosts_) {
     for (const auto& [key, count] : host->starts()) {
       if (count > 1) invariants_->Problem(end, absl::StrCat(key.ToString(), " was started ", count, " times"));
@@ -239,10 +248,10 @@ void Deployment::Settle() {
 // Without a control plane nothing is changed any more, unless it had begun to.
 bool Deployment::Freeze() {
   for (int i = 0; i < kFreezes; ++i) {
-    control_.Kill();
+    KillControls();
     RunFor(Milliseconds(200));
     if (Still()) return true;
-    control_.Start();
+    StartControls();
     if (!AwaitCalm(kPatience)) return false;
   }
   return false;
@@ -260,13 +269,17 @@ void Deployment::Stepped(SimulatedWorker& worker, const region::StepResult& resu
   ++totals_.steps;
   totals_.handovers += result.handed_out;
   if (before_.contains(worker.node())) return;
-  if (!Counts(worker)) {
-    return invariants_->Problem(result.tick, Name(worker) + " steps though its place was taken");
-  }
+  if (on_step) on_step(worker, result);
+  if (!Counts(worker)) return TwoOwners(worker, Name(worker) + " steps though its place was taken");
   invariants_->Stepped(LifeOf(worker), result.tick, worker.region()->owned(), result);
   last_step_[worker.node()] = result.tick;
   CheckOthers(worker);
   if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();
+}
+
+void Deployment::TwoOwners(const SimulatedWorker& worker, const std::string& what) {
+  if (doubled_.insert(worker.node()).second) ++totals_.two_owners;
+  invariants_->Problem(worker.region()->tick(), what);
 }
 
 void Deployment::CheckOthers(SimulatedWorker& worker) {
@@ -274,7 +287,7 @@ void Deployment::CheckOthers(SimulatedWorker& worker) {
   for (SimulatedWorker* other : Workers()) {
     if (other == &worker || !other->Moves() || before_.contains(other->node())) continue;
     if (other->identity().region == worker.identity().region) {
-      invariants_->Problem(region.tick(), absl::StrCat(Name(worker), " and ", Name(*other), " move at one time"));
+      TwoOwners(worker, absl::StrCat(Name(worker), " and ", Name(*other), " move at one time"));
     }
     const region::Region& its = *other->region();
     if (its.tick() != region.tick()) continue;
@@ -294,7 +307,7 @@ void Deployment::TakenOver(SimulatedWorker& worker, const worker::OrderedFailove
     if (totals_.takeovers++ == 0) totals_.first_takeover_at = around_.timeline.now();
     for (SimulatedWorker* other : Workers()) {
       if (other->node() != node || !other->Moves()) continue;
-      invariants_->Problem(tick(), absl::StrCat(Name(*other), " still moves while ", Name(worker), " takes its place"));
+      TwoOwners(*other, absl::StrCat(Name(*other), " still moves while ", Name(worker), " takes its place"));
     }
     invariants_->Died(RegionId(node));
   }
@@ -357,12 +370,12 @@ std::vector<std::string> Deployment::problems() const {
 // --- Players.
 
 std::optional<std::uint32_t> Deployment::Join(const std::string& name) {
-  if (!control_.alive()) return std::nullopt;
+  if (!control().alive()) return std::nullopt;
   v1::JoinInstanceRequest request;
   request.set_instance_id(id_);
   request.set_player_name(name);
   const auto joined =
-      control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.Join(now, request); });
+      control().Call([&](control::Cluster& cluster, control::Now now) { return cluster.Join(now, request); });
   if (!joined.ok()) return std::nullopt;
   tokens_[joined->response.player()] = joined->response;
   invariants_->Spawned(PlayerBodyId(PlayerNumber(joined->response.player())));
@@ -370,26 +383,26 @@ std::optional<std::uint32_t> Deployment::Join(const std::string& name) {
 }
 
 void Deployment::Leave(std::uint32_t player) {
-  if (!control_.alive()) return;
+  if (!control().alive()) return;
   v1::LeaveInstanceRequest request;
   request.set_instance_id(id_);
   request.set_credential(tokens_.at(player).credential());
   request.set_credential_key(tokens_.at(player).credential_key());
   invariants_->Removing(PlayerBodyId(PlayerNumber(player)));
-  (void)control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.Leave(now, request); });
+  (void)control().Call([&](control::Cluster& cluster, control::Now now) { return cluster.Leave(now, request); });
 }
 
 // --- Properties.
 
 bool Deployment::SetHealth(BodyId body, std::int64_t health) {
-  if (!control_.alive()) return false;
+  if (!control().alive()) return false;
   v1::SetPropertyRequest request;
   request.set_id(id_);
   request.set_body(body.value());
   request.mutable_property()->set_name("health");
   request.mutable_property()->set_number(health);
   const auto number =
-      control_.Call([&](control::Cluster& cluster, control::Now) { return cluster.SetProperty(request); });
+      control().Call([&](control::Cluster& cluster, control::Now) { return cluster.SetProperty(request); });
   if (number.ok()) healths_[body].push_back({*number, health});
   return number.ok();
 }
@@ -400,7 +413,7 @@ void Deployment::TakeAnswers() {
     for (std::size_t i = 0; i < orders.size(); ++i) {
       const std::uint64_t number = orders[i].number;
       if (orders[i].answered || orders[i].given_up) continue;
-      const auto outcome = control_.Call([&](control::Cluster& cluster, control::Now) {
+      const auto outcome = control().Call([&](control::Cluster& cluster, control::Now) {
         auto told = cluster.PropertyOutcome(id_, number);
         if (told) cluster.ForgetProperty(id_, number);
         return told;
@@ -444,9 +457,9 @@ void Deployment::CheckHealths(Tick end) {
 // --- For a person.
 
 std::string Deployment::Standing() const {
-  std::string text = absl::StrCat("\n  control plane ", control_.alive() ? "lives" : "is dead", ", ",
-                                  v1::InstanceState_Name(last_seen_.state()), " ", last_seen_.reason(), ", map ",
-                                  last_seen_.map().version());
+  std::string text = absl::StrCat(
+      "\n  control plane ", control().number(), " ", control().alive() ? "lives" : "is dead", ", ",
+      v1::InstanceState_Name(last_seen_.state()), " ", last_seen_.reason(), ", map ", last_seen_.map().version());
   for (SimulatedWorker* worker : Workers()) {
     absl::StrAppend(&text, "\n  ", Name(*worker));
     if (!Counts(*worker)) absl::StrAppend(&text, ", fenced");
@@ -463,7 +476,7 @@ std::string Deployment::Standing() const {
     }
   }
   for (const v1::InstanceEvent& event : last_seen_.events()) absl::StrAppend(&text, "\n  event: ", event.text());
-  const auto& log = control_.log();
+  const auto& log = control().log();
   for (std::size_t i = log.size() > 12 ? log.size() - 12 : 0; i < log.size(); ++i)
     absl::StrAppend(&text, "\n  ", log[i]);
   return text;

@@ -1,6 +1,6 @@
-// Deployment: a whole Tessera in one process, from one seed, in virtual time: the control plane, hosts with agents, the
-// workers of one instance, and what goes wrong with them: processes that are killed and come back, machines that are
-// cut off or crash, a control plane that dies between storing and sending.
+// Deployment: a whole Tessera in one process, from one seed, in virtual time: one control plane or several on one
+// store, hosts with agents, the workers of one instance, and what goes wrong with them: processes that are killed and
+// come back, machines that are cut off or crash, a control plane that dies between storing and sending.
 //
 //   Deployment deployment(scene, {.hosts = 2, .regions = 4});
 //   deployment.AwaitCalm();                        // it runs, and every region is protected
@@ -17,12 +17,14 @@
 // reads. Thread rule: one thread at a time.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "tests/simulation/false_words.h"
 #include "tests/simulation/invariant_checker.h"
 #include "tests/simulation/simulated_host.h"
 
@@ -32,6 +34,7 @@ struct DeploymentOptions {
   std::uint64_t seed = 1;
   std::uint32_t hosts = 2, regions = 4;
   std::uint32_t capacity = 16;  // workers a host
+  std::uint32_t controls = 1;   // control planes; several hold an election
   region::RegionSettings settings = {};
   std::chrono::milliseconds checkpoint_interval{0};  // 0: none by themselves
   std::string game = {};                             // Lua; empty: the world runs none
@@ -43,6 +46,7 @@ struct DeploymentTotals {
   std::uint64_t takeovers = 0;   // lives declared dead whose place was taken
   std::uint64_t fenced = 0;      // lives among those that ended thereafter
   Micros first_takeover_at = 0;  // 0: there was none
+  std::uint64_t two_owners = 0;  // lives that stepped, or moved, beside the one that has their place
 };
 
 class Deployment {
@@ -68,9 +72,18 @@ class Deployment {
   // --- Faults. Hosts from 1.
   void Cut(std::uint32_t host, bool cut) { around_.network.CutPlace(host, cut); }
   SimulatedHost& host(std::uint32_t number) { return *hosts_.at(number - 1); }
-  SimulatedControl& control() { return control_; }
+  const SimulatedHost& HostAt(std::uint32_t number) const { return *hosts_.at(number - 1); }
+  // The control plane that leads; while there is none, any. One alone is always meant.
+  SimulatedControl& control() const;
+  const SimulatedHost::Controls& controls() const { return controls_; }
+  SimulatedStore& store() { return store_; }
+  void StartControls();  // those that do not run
+  void KillControls();
+  // All control planes are lost with their store, and begin anew from the backup.
+  void BeginFrom(const std::string& backup);
   VirtualNetwork& network() { return around_.network; }
   Timeline& timeline() { return around_.timeline; }
+  const Timeline& timeline() const { return around_.timeline; }
   // The life of the region that is in the control plane's orders; null if none runs.
   SimulatedWorker* Find(RegionId region);
   void Kill(RegionId region);
@@ -88,7 +101,10 @@ class Deployment {
   // Unchecked, as if the control plane's Lua host found nothing. On the hosts of `damaged` it is not what it was.
   absl::Status SetGame(const std::string& game, const std::set<RegionId>& damaged = {});
 
-  v1::Instance instance() const;                      // as the control plane told it last
+  v1::Instance instance() const;                       // as the control plane told it last
+  Said SaidBy(const SimulatedControl& control) const;  // of the world; requires that it is alive
+  // A step of any worker, a resumption included.
+  std::function<void(const SimulatedWorker&, const region::StepResult&)> on_step;
   const PartitionMap& map() const { return map_; }    // the first
   std::uint32_t regions() const { return regions_; }  // wanted
   RegionId OwnerOf(BodyId id) const;
@@ -120,6 +136,7 @@ class Deployment {
   void Stepped(SimulatedWorker& worker, const region::StepResult& result);
   void TakenOver(SimulatedWorker& worker, const worker::OrderedFailover& failover);
   void Ending(SimulatedWorker& worker);
+  void TwoOwners(const SimulatedWorker& worker, const std::string& what);
   void CheckOthers(SimulatedWorker& worker);
   void CheckCopies();
   bool Freeze();
@@ -130,7 +147,8 @@ class Deployment {
   }
 
   Surroundings around_;
-  SimulatedControl control_;
+  SimulatedStore store_;
+  SimulatedHost::Controls controls_;
   std::vector<std::unique_ptr<SimulatedHost>> hosts_;
   PartitionMap map_;
   std::unique_ptr<InvariantChecker> invariants_;
@@ -140,6 +158,7 @@ class Deployment {
   std::set<Node> taken_over_;
   std::set<Node> before_;  // lives of a world that was lost
   std::map<Node, Tick> last_step_;
+  std::set<Node> doubled_;                                    // counted in totals_.two_owners
   std::map<std::uint32_t, v1::JoinInstanceResponse> tokens_;  // by player
   std::uint32_t regions_ = 0;
   DeploymentTotals totals_;

@@ -19,28 +19,6 @@
 
 namespace tessera::simulation {
 
-// Balls that fly about in a square of walls from -half to half, across all borders, and bounce without loss.
-inline SceneBuilder Swarm(double half_m, int balls) {
-  SceneBuilder builder(half_m);
-  for (const double side : {-1.0, 1.0}) {
-    for (const bool along : {false, true}) {
-      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 3, half_m} : Vec3d{half_m, 3, 1}}),
-                                  along ? Vec3d{side * half_m, 0, 0} : Vec3d{0, 0, side * half_m});
-      wall.motion = Motion::kStatic;
-      wall.mass_kg = 0;
-    }
-  }
-  const int columns = static_cast<int>(half_m) - 2;
-  for (int i = 0; i < balls; ++i) {
-    BodyDef& ball = builder.Add(Ball(0.3), {3 - half_m + i % columns * 2, 0, 3 - half_m + i / columns * 2},
-                                {static_cast<float>(5 - i % 11), 0, static_cast<float>(i % 7 - 3)});
-    ball.material.restitution = 1;
-    ball.material.friction = 0;
-    ball.may_sleep = false;
-  }
-  return builder;
-}
-
 struct Instance {
   Instance(const SceneBuilder& builder, std::uint32_t regions, SimulationOptions options = {},
            const ControlOptions& control_options = {})

@@ -4,12 +4,15 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
+#include <iostream>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "CLI/CLI.hpp"
 #include "spdlog/spdlog.h"
 #include "tests/simulation/deployment_scenario.h"
+#include "tests/simulation/leader_sums.h"
 #include "tests/simulation/scenario.h"
 
 namespace tessera::simulation {
@@ -34,6 +37,8 @@ struct SeedSums {
   std::uint64_t cut_short = 0, kills = 0, closings = 0, inputs = 0, packets = 0, dropped = 0;
   double worst_drift = 0;
   std::array<std::uint64_t, kFaultKinds> under{};
+  std::array<std::uint64_t, kDeploymentFaultKinds> deployment_faults{};  // that were drawn
+  LeaderSums leaders;
 
   struct Row {
     std::string kind;
@@ -86,12 +91,19 @@ DrawOptions OptionsOf(const SimFlags& flags) {
 // Every eighth of the seeds that are not asked for a world is one of a deployment.
 constexpr std::uint64_t kSeedsPerDeployment = 8;
 constexpr char kDeployment[] = "deployment";
+// Deployments with several control planes: worlds of their own, and with each seed whose world is asked to be a
+// deployment.
+constexpr char kLeaders[] = "leaders";
 
 bool IsDeployment(const SimFlags& flags, std::uint64_t seed) {
   return flags.world == kDeployment || (flags.world.empty() && flags.faults && seed % kSeedsPerDeployment == 0);
 }
 
+bool HasLeaders(const SimFlags& flags) { return flags.world == kDeployment || flags.world == kLeaders; }
+
 std::string DescribeSeed(const SimFlags& flags, std::uint64_t seed) {
+  if (flags.world == kLeaders) return Describe(DrawLeaders(seed));
+  if (flags.world == kDeployment) return Describe(DrawDeployment(seed)) + "; " + Describe(DrawLeaders(seed));
   return IsDeployment(flags, seed) ? Describe(DrawDeployment(seed)) : Describe(DrawScenario(seed, OptionsOf(flags)));
 }
 
@@ -107,7 +119,7 @@ void CompareNetworks(const Scenario& scenario, ScenarioOutcome& outcome) {
   if (again.hash != outcome.hash) outcome.problems.push_back("another network gave another world");
 }
 
-ScenarioOutcome RunSeed(const SimFlags& flags, std::uint64_t seed) {
+ScenarioOutcome RunWorld(const SimFlags& flags, std::uint64_t seed) {
   if (IsDeployment(flags, seed)) return Run(DrawDeployment(seed));
   const Scenario scenario = DrawScenario(seed, OptionsOf(flags));
   ScenarioOutcome outcome = Run(scenario);
@@ -115,14 +127,42 @@ ScenarioOutcome RunSeed(const SimFlags& flags, std::uint64_t seed) {
   return outcome;
 }
 
-void Report(const SimFlags& flags, std::uint64_t seed, const ScenarioOutcome& outcome) {
+struct SeedOutcome {
+  std::optional<ScenarioOutcome> world;
+  std::optional<LeaderOutcome> leaders;
+
+  std::vector<std::string> problems() const {
+    std::vector<std::string> all;
+    if (world) all = world->problems;
+    if (leaders) all.insert(all.end(), leaders->problems.begin(), leaders->problems.end());
+    return all;
+  }
+};
+
+SeedOutcome RunSeed(const SimFlags& flags, std::uint64_t seed) {
+  SeedOutcome outcome;
+  if (flags.world != kLeaders) outcome.world = RunWorld(flags, seed);
+  if (HasLeaders(flags)) outcome.leaders = Run(DrawLeaders(seed));
+  return outcome;
+}
+
+void Add(const SimFlags& flags, std::uint64_t seed, const SeedOutcome& outcome, SeedSums& sums) {
+  if (outcome.world) sums.Add(*outcome.world);
+  if (outcome.leaders) sums.leaders.Add(*outcome.leaders);
+  if (!outcome.world || !IsDeployment(flags, seed)) return;
+  for (const DeploymentFault& fault : DrawDeployment(seed).faults) {
+    ++sums.deployment_faults[static_cast<std::size_t>(fault.kind)];
+  }
+}
+
+void Report(const SimFlags& flags, std::uint64_t seed, const SeedOutcome& outcome) {
   std::printf("seed %lu FAILED: %s\n", static_cast<unsigned long>(seed), DescribeSeed(flags, seed).c_str());
-  for (const std::string& problem : outcome.problems) std::printf("  %s\n", problem.c_str());
+  for (const std::string& problem : outcome.problems()) std::printf("  %s\n", problem.c_str());
   std::printf("  replay: %s\n", Replay(flags, seed).c_str());
   std::fflush(stdout);
 }
 
-void PrintSums(const SeedSums& sums, double seconds) {
+void PrintFigures(const SeedSums& sums, double seconds) {
   const auto n = [](std::uint64_t v) { return static_cast<unsigned long>(v); };
   std::printf("%lu seeds in %.0f s, %lu failed; %lu steps of regions, %lu closings, %lu of %lu packets lost\n",
               n(sums.runs), seconds, n(sums.failed), n(sums.steps), n(sums.closings), n(sums.dropped), n(sums.packets));
@@ -130,9 +170,18 @@ void PrintSums(const SeedSums& sums, double seconds) {
   for (const SeedSums::Row& row : sums.Rows()) {
     std::printf("  %-30s %12lu %12lu\n", row.kind.c_str(), n(row.handovers), n(row.goal));
   }
+  for (std::size_t i = 0; i < kDeploymentFaultKinds; ++i) {
+    if (sums.deployment_faults[i] == 0) continue;
+    std::printf("  drawn: %-30s %12lu\n", kDeploymentFaultNames[i], n(sums.deployment_faults[i]));
+  }
   std::printf("bodies lost %lu, doubled %lu; %lu deaths; worst drift of momentum %.1e\n", n(sums.lost), n(sums.doubled),
               n(sums.kills), sums.worst_drift);
   std::fflush(stdout);
+}
+
+void PrintSums(const SeedSums& sums, double seconds) {
+  if (sums.runs > 0) PrintFigures(sums, seconds);
+  sums.leaders.Print(std::cout);
 }
 
 void WriteCsv(const std::string& path, const SeedSums& sums) {
@@ -142,19 +191,26 @@ void WriteCsv(const std::string& path, const SeedSums& sums) {
     out << "borders,simulator,tessera," << config << ',' << metric << ',' << value << ",bodies\n";
   };
   for (const SeedSums::Row& row : sums.Rows()) line(row.kind, "handovers", row.handovers);
-  line("all", "bodies_lost", sums.lost);
+  line("all", "bodies_lost", sums.lost + sums.leaders.lost_bodies);
   line("all", "bodies_duplicated", sums.doubled);
+  for (std::size_t i = 0; i < kDeploymentFaultKinds; ++i) {
+    if (sums.deployment_faults[i] == 0) continue;
+    out << "lasting,simulator,tessera,one_control fault=" << kDeploymentFaultNames[i] << ",faults,"
+        << sums.deployment_faults[i] << ",faults\n";
+  }
+  sums.leaders.WriteCsv(out);
 }
 
 int RunOne(const SimFlags& flags) {
   std::printf("seed %lu: %s\n", static_cast<unsigned long>(flags.seed), DescribeSeed(flags, flags.seed).c_str());
-  const ScenarioOutcome outcome = RunSeed(flags, flags.seed);
+  const SeedOutcome outcome = RunSeed(flags, flags.seed);
   SeedSums sums;
-  sums.Add(outcome);
+  Add(flags, flags.seed, outcome, sums);
   PrintSums(sums, 0);
-  std::printf("hash %016lx\n", static_cast<unsigned long>(outcome.hash));
-  if (!outcome.problems.empty()) Report(flags, flags.seed, outcome);
-  return outcome.problems.empty() ? 0 : 1;
+  if (outcome.world) std::printf("hash %016lx\n", static_cast<unsigned long>(outcome.world->hash));
+  if (outcome.leaders) std::printf("leaders' hash %016lx\n", static_cast<unsigned long>(outcome.leaders->hash));
+  if (!outcome.problems().empty()) Report(flags, flags.seed, outcome);
+  return outcome.problems().empty() ? 0 : 1;
 }
 
 int RunMany(const SimFlags& flags) {
@@ -173,10 +229,10 @@ int RunMany(const SimFlags& flags) {
         const std::lock_guard lock(mutex);
         if (sums.FigureReached()) return;
       }
-      const ScenarioOutcome outcome = RunSeed(flags, seed);
+      const SeedOutcome outcome = RunSeed(flags, seed);
       const std::lock_guard lock(mutex);
-      sums.Add(outcome);
-      if (!outcome.problems.empty()) Report(flags, seed, outcome);
+      Add(flags, seed, outcome, sums);
+      if (!outcome.problems().empty()) Report(flags, seed, outcome);
       if (seconds() - told < 30) continue;
       told = seconds();
       PrintSums(sums, told);
@@ -187,7 +243,7 @@ int RunMany(const SimFlags& flags) {
   for (std::thread& thread : threads) thread.join();
   PrintSums(sums, seconds());
   if (!flags.csv.empty()) WriteCsv(flags.csv, sums);
-  return sums.failed == 0 ? 0 : 1;
+  return sums.failed + sums.leaders.failed == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -200,6 +256,7 @@ int main(int argc, char** argv) {
   SimFlags flags;
   std::vector<std::string> worlds(kWorldNames.begin(), kWorldNames.end());
   worlds.emplace_back(tessera::simulation::kDeployment);
+  worlds.emplace_back(tessera::simulation::kLeaders);
   CLI::App app{"Runs whole instances in virtual time, each from one seed, under faults drawn from it."};
   app.add_option("--seeds", flags.seeds, "how many seeds (1000, unless --minutes is given)");
   app.add_option("--minutes", flags.minutes, "stop after so many minutes");

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "control_plane/backup.h"
 #include "control_plane/branches.h"
 #include "control_plane/checkpoint_files.h"
 
@@ -18,9 +17,18 @@ Bytes Packed(const Message& message) {
 
 }  // namespace
 
-SimulatedControl::SimulatedControl(Timeline& timeline, VirtualNetwork& network, std::uint64_t seed)
-    : timeline_(timeline), network_(network), chance_(seed) {
-  network_.SetPlace(kControlNode, kControlPlace);
+SimulatedControl::SimulatedControl(Timeline& timeline, VirtualNetwork& network, SimulatedStore& shared,
+                                   std::uint64_t seed, std::uint32_t number, bool several)
+    : timeline_(timeline),
+      network_(network),
+      shared_(shared),
+      chance_(seed),
+      number_(number),
+      several_(several),
+      store_(shared) {
+  network_.SetPlace(node(), PlaceOfControl(number_));
+  network_.SetPlace(kStoreNode, kStorePlace);
+  store_.reaches = [this] { return ReachesStore(); };
 }
 
 control::Now SimulatedControl::Now() const {
@@ -37,60 +45,85 @@ std::string SimulatedControl::Random(std::size_t bytes) {
 // --- Its life.
 
 void SimulatedControl::Start() {
-  store_.Promote();
-  auto cluster = control::Cluster::Load(
-      store_, {}, [this](std::size_t bytes) { return Random(bytes); }, Now());
-  cluster_ = *std::move(cluster);
+  running_ = true;
+  if (several_) return Follow();
+  Lead(0);
+}
+
+void SimulatedControl::Lead(std::int64_t token) {
   ++life_;
   writing_until_ = 0;
-  network_.Join(kControlNode, {.on_connected = [](Node) {},
-                               .on_disconnected = [this](Node agent) { Disconnected(agent); },
-                               .on_message = [this](Node from, const Bytes& bytes) { OnMessage(from, bytes); },
-                               .on_datagram = {}});
+  token_ = token;
+  store_.Begin(token);
+  auto cluster = control::Cluster::Load(
+      store_, {}, [this](std::size_t bytes) { return Random(bytes); }, Now());
+  if (!cluster.ok()) {
+    log_.push_back("cannot lead: " + std::string(cluster.status().message()));
+    if (several_) return StepDown();
+    return timeline_.In(kElectionPoll, [this, life = life_] {
+      if (running_ && life == life_) Lead(0);
+    });
+  }
+  cluster_ = *std::move(cluster);
+  network_.Join(node(), {.on_connected = [](Node) {},
+                         .on_disconnected = [this](Node agent) { Disconnected(agent); },
+                         .on_message = [this](Node from, const Bytes& bytes) { OnMessage(from, bytes); },
+                         .on_datagram = {}});
+  if (several_) WatchElection();
   Publish();
   Tick();
 }
 
-// The kernel closes its connections.
-void SimulatedControl::Kill() {
+// What was loaded, and what it waited for.
+void SimulatedControl::Drop() {
+  ++life_;
   cluster_.reset();
-  const std::map<Node, control::StreamId> sessions = std::exchange(sessions_, {});
-  for (const auto& [agent, session] : sessions) {
-    if (!network_.IsCut(agent, kControlNode)) network_.Break(agent, kControlNode);
-  }
-  network_.Leave(kControlNode);
+  unsent_.clear();
+  writing_until_ = 0;
+  BreakAll(std::exchange(sessions_, {}));
+  network_.Leave(node());
 }
 
-std::string SimulatedControl::Backup() const {
-  std::string file;
-  (void)control::WriteBackup(store_, [&file](std::string_view piece) {  // neither the store nor this fails
-    file.append(piece);
-    return absl::OkStatus();
-  });
-  return file;
+// Whoever is cut off learns of it by silence.
+void SimulatedControl::BreakAll(const std::map<Node, control::StreamId>& sessions) {
+  for (const auto& [agent, session] : sessions) {
+    if (!network_.IsCut(agent, node())) network_.Break(agent, node());
+  }
+}
+
+// The kernel closes its connections.
+void SimulatedControl::Kill() {
+  running_ = stopped_ = look_is_due_ = false;
+  Drop();
+}
+
+void SimulatedControl::SetStopped(bool stopped) {
+  if (!running_ || stopped == stopped_) return;
+  stopped_ = stopped;
+  ++stops_;
+  const std::uint64_t life = life_;
+  if (!stopped) {
+    for (const control::Effects& effects : std::exchange(unsent_, {})) SetOff(effects);
+  }
+  UpdateStall();
+  // The worst order: all that waited comes before the look at the clock that says who leads.
+  if (!stopped && life == life_ && std::exchange(look_is_due_, false)) LookAtElection();
 }
 
 void SimulatedControl::BeginFrom(const std::string& backup) {
   Kill();
-  store_.Promote();
-  std::vector<control::StoreOp> all;
-  const auto stored = store_.List("");
-  for (const control::StoreEntry& entry : *stored) all.push_back(control::DeleteOp(entry.key, entry.revision));
-  const auto emptied = store_.Txn(all);
-  const auto restored = control::RestoreBackup(backup, store_);
-  if (!emptied.ok() || !restored.ok()) log_.push_back("the backup cannot be restored");
-  (void)store_.TakeTried();  // nobody waits for these
+  if (!shared_.BeginFrom(backup)) log_.push_back("the backup cannot be restored");
   Start();
 }
 
 void SimulatedControl::Tick() {
   timeline_.In(std::chrono::microseconds(control::kTimerInterval).count(), [this, life = life_] {
     if (!alive() || life != life_) return;
-    network_.InProcess(kControlNode, [this, life] {
+    network_.InProcess(node(), [this, life] {
       if (!alive() || life != life_) return;
       cluster_->HandleTimer(Now());
       Publish();
-      if (alive()) Tick();
+      if (alive() && life == life_) Tick();
     });
   });
 }
@@ -103,22 +136,36 @@ void SimulatedControl::Publish() {
   }
   control::Effects effects = cluster_->TakeEffects();
   const Micros now = timeline_.now();
-  writing_until_ = std::max(writing_until_, now) + write_time_ * store_.TakeTried();
-  if (writing_until_ <= now) return SetOff(effects);
-  network_.SetStalled(kControlNode, true);
+  writing_until_ = std::max(writing_until_, now) + store_.TakeWriteTime();
+  if (writing_until_ <= now) {
+    SetOff(effects);
+    if (alive() && store_.lost()) EndReign("a write was refused");
+    return;
+  }
+  UpdateStall();
   timeline_.At(writing_until_, [this, life = life_, effects = std::move(effects)] {
     if (!alive() || life != life_) return;
-    SetOff(effects);
-    if (!writing()) network_.SetStalled(kControlNode, false);
+    if (stopped_) {
+      unsent_.push_back(effects);
+    } else {
+      SetOff(effects);
+    }
+    if (writing()) return;
+    UpdateStall();
+    if (!alive() || life != life_ || !(store_.lost() || deposed_)) return;
+    network_.InProcess(node(), [this, life] {
+      if (life == life_) StepDown();
+    });
   });
 }
 
 void SimulatedControl::SetOff(const control::Effects& effects) {
   for (const control::LogLine& line : effects.log) log_.push_back(line.text);
-  for (const auto& [id, tick] : effects.pruned) checkpoints_.erase(tick);
+  for (const auto& [id, tick] : effects.pruned) shared_.checkpoints().erase(tick);
   for (const auto& [id, tick] : effects.abandoned) {
-    if (const auto found = checkpoints_.find(tick); found != checkpoints_.end() && !found->second.whole) {
-      checkpoints_.erase(found);
+    auto& checkpoints = shared_.checkpoints();
+    if (const auto found = checkpoints.find(tick); found != checkpoints.end() && !found->second.whole) {
+      checkpoints.erase(found);
     }
   }
   for (const auto& [session, renewal] : effects.leases) {
@@ -129,7 +176,7 @@ void SimulatedControl::SetOff(const control::Effects& effects) {
   for (const control::StreamId session : effects.desired) SendDesired(session);
   for (const auto& [session, status] : effects.closed) {
     for (const auto& [agent, open] : std::map(sessions_)) {
-      if (open == session) network_.Break(agent, kControlNode);
+      if (open == session) network_.Break(agent, node());
     }
   }
   for (const std::string& id : effects.restore) {
@@ -142,12 +189,14 @@ void SimulatedControl::SetOff(const control::Effects& effects) {
 // --- Agents.
 
 void SimulatedControl::SendTo(control::StreamId session, const v1::ControlMessage& message) {
+  if (!MaySend()) return;  // whoever was deposed may hold orders that the new leader has replaced
   for (const auto& [agent, open] : sessions_) {
-    if (open == session) (void)network_.Send(kControlNode, agent, Packed(message));
+    if (open == session) (void)network_.Send(node(), agent, Packed(message));
   }
 }
 
 void SimulatedControl::SendDesired(control::StreamId session) {
+  if (!alive() || !MaySend()) return;
   const std::optional<v1::DesiredSet> desired = cluster_->TakeDesired(session);
   if (!desired) return;
   v1::ControlMessage message;
@@ -161,23 +210,24 @@ void SimulatedControl::OnMessage(Node from, const Bytes& bytes) {
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return;
   if (!message.has_hello()) {
     const auto session = sessions_.find(from);
-    if (session == sessions_.end()) return network_.Break(from, kControlNode);
+    if (session == sessions_.end()) return network_.Break(from, node());
+    if (message.has_lease() && !RenewsLeases()) return;
     const absl::Status status = cluster_->HandleAgentMessage(Now(), session->second, message);
     Publish();
-    if (!status.ok()) network_.Break(from, kControlNode);
+    if (!status.ok()) network_.Break(from, node());
     return;
   }
   const auto admission = cluster_->HandleHello(Now(), message.hello());
   if (!admission.ok()) {
     log_.push_back("hello refused: " + std::string(admission.status().message()));
     Publish();
-    return network_.Break(from, kControlNode);
+    return network_.Break(from, node());
   }
   sessions_[from] = admission->stream;
   if (!store_.dead()) {
     v1::ControlMessage answer;
     *answer.mutable_admitted() = admission->admitted;
-    (void)network_.Send(kControlNode, from, Packed(answer));
+    (void)network_.Send(node(), from, Packed(answer));
   }
   Publish();
 }
@@ -197,7 +247,7 @@ absl::Status SimulatedControl::TakeUpload(const v1::UploadCheckpointRequest& req
   absl::Status status =
       Call([&](control::Cluster& cluster, control::Now now) { return cluster.CheckUpload(now, request); });
   if (!status.ok() || !alive()) return status;
-  Checkpoint& checkpoint = checkpoints_[request.tick()];
+  SimulatedCheckpoint& checkpoint = shared_.checkpoints()[request.tick()];
   checkpoint.files[control::RegionFileName(request.identity().region())] = bytes;
   auto manifest = Call([&](control::Cluster& cluster, control::Now) { return cluster.NoteUploaded(request); });
   if (!manifest || !alive()) return absl::OkStatus();
@@ -213,8 +263,8 @@ absl::StatusOr<Bytes> SimulatedControl::StateFile(const v1::FetchStateRequest& r
   if (!alive()) return absl::UnavailableError("dead");
   const absl::Status status = cluster_->CheckFetch(request);
   if (!status.ok()) return status;
-  const auto found = checkpoints_.find(request.tick());
-  if (found == checkpoints_.end()) return absl::NotFoundError("no such checkpoint");
+  const auto found = shared_.checkpoints().find(request.tick());
+  if (found == shared_.checkpoints().end()) return absl::NotFoundError("no such checkpoint");
   return found->second.files.at(control::RegionFileName(request.region()));
 }
 
@@ -223,8 +273,8 @@ void SimulatedControl::Restore(const std::string& id) {
     const std::optional<std::uint64_t> before = cluster.RestoreWantedBefore(id);
     if (!before) return 0;
     const control::InstanceEntry* instance = cluster.state().FindInstance(id);
-    const Checkpoint* newest = nullptr;
-    for (const auto& [tick, checkpoint] : checkpoints_) {
+    const SimulatedCheckpoint* newest = nullptr;
+    for (const auto& [tick, checkpoint] : shared_.checkpoints()) {
       const bool kept = control::KeptOf(instance->record.checkpoints(), tick) != nullptr;
       if (checkpoint.whole && kept && (*before == 0 || tick < *before)) newest = &checkpoint;
     }

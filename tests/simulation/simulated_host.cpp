@@ -1,5 +1,6 @@
 #include "tests/simulation/simulated_host.h"
 
+#include <algorithm>
 #include <csignal>
 #include <utility>
 
@@ -13,11 +14,21 @@ namespace {
 constexpr Micros kCare = Milliseconds(100);  // between looks at deadlines
 constexpr Micros kFetching = 2000;           // to get a file from the control plane
 
+// As agent/limits.h has them.
+constexpr Micros kAdmissionPatience = Milliseconds(2000);  // for one of several control planes
+constexpr Micros kFirstBackoff = Milliseconds(50), kLastBackoff = Milliseconds(2000);
+constexpr Micros kRefusal = 1000;  // by a machine on which no control plane runs
+
 }  // namespace
 
-SimulatedHost::SimulatedHost(Surroundings& around, SimulatedControl& control, std::uint32_t number,
+SimulatedHost::SimulatedHost(Surroundings& around, const Controls& controls, std::uint32_t number,
                              std::uint32_t capacity, std::string join_token)
-    : around_(around), control_(control), number_(number), capacity_(capacity), join_token_(std::move(join_token)) {
+    : around_(around),
+      controls_(controls),
+      number_(number),
+      capacity_(capacity),
+      join_token_(std::move(join_token)),
+      chance_(number) {
   around_.network.SetPlace(node(), number_);
 }
 
@@ -44,11 +55,13 @@ void SimulatedHost::StartAgent() {
       supervisor_->AdoptGone(record, "ended while no agent ran", {});
     }
   }
-  around_.network.Join(node(), {.on_connected = [this](Node) { OnConnected(); },
-                                .on_disconnected = [this](Node) { admitted_ = false; },
-                                .on_message = [this](Node, const Bytes& bytes) { OnMessage(bytes); },
+  around_.network.Join(node(), {.on_connected = [this](Node from) { OnConnected(from); },
+                                .on_disconnected = [this](Node from) { OnDisconnected(from); },
+                                .on_message = [this](Node from, const Bytes& bytes) { OnMessage(from, bytes); },
                                 .on_datagram = {}});
-  around_.network.Link(node(), kControlNode);
+  at_ = 0;
+  backoff_ = kFirstBackoff;
+  Dial();
   Settle();
   Every(kCare, [this] {
     supervisor_->Tick(around_.Now());
@@ -64,7 +77,9 @@ void SimulatedHost::KillAgent() {
   contents_.clear();
   states_.clear();
   inventories_.clear();
-  if (!around_.network.IsCut(node(), kControlNode)) around_.network.Break(node(), kControlNode);
+  ++dials_;
+  if (!around_.network.IsCut(node(), control().node())) around_.network.Break(node(), control().node());
+  if (several()) around_.network.Unlink(node(), control().node());
   around_.network.Leave(node());
   for (auto& [key, process] : processes_) {
     process.attached_life = 0;
@@ -95,7 +110,46 @@ void SimulatedHost::Every(Micros distance, std::function<void()> action) {
 
 // --- The control plane.
 
-void SimulatedHost::OnConnected() {
+// The network dials again by itself; of several control planes the next one may lead.
+void SimulatedHost::Dial() {
+  const std::uint64_t dial = ++dials_;
+  const Node there = control().node();
+  around_.network.Link(node(), there);
+  if (!several()) return;
+  const bool refused = !around_.network.Joined(there) && !around_.network.IsCut(node(), there);
+  around_.timeline.In(refused ? kRefusal : kAdmissionPatience, [this, dial] {
+    if (!agent_alive() || dial != dials_ || admitted_) return;
+    around_.network.InProcess(node(), [this, dial] {
+      if (agent_alive() && dial == dials_ && !admitted_) LeaveControl();
+    });
+  });
+}
+
+void SimulatedHost::OnDisconnected(Node from) {
+  if (from != control().node()) return;
+  admitted_ = false;
+  if (several() && agent_alive()) LeaveControl();
+}
+
+// Only when all have been tried is there a pause that grows.
+void SimulatedHost::LeaveControl() {
+  const std::uint64_t dial = ++dials_;
+  const Node left = control().node();
+  admitted_ = false;
+  at_ = (at_ + 1) % controls_.size();
+  around_.network.Break(node(), left);
+  around_.network.Unlink(node(), left);
+  const Micros pause = at_ == 0 ? std::exchange(backoff_, std::min(2 * backoff_, kLastBackoff)) : 0;
+  around_.timeline.In(pause - chance_.UpTo(pause / 5), [this, dial] {
+    if (!agent_alive() || dial != dials_) return;
+    around_.network.InProcess(node(), [this, dial] {
+      if (agent_alive() && dial == dials_) Dial();
+    });
+  });
+}
+
+void SimulatedHost::OnConnected(Node from) {
+  if (from != control().node()) return;
   v1::AgentMessage message;
   v1::AgentHello& hello = *message.mutable_hello();
   if (host_id_.empty()) {
@@ -115,7 +169,7 @@ void SimulatedHost::OnConnected() {
 
 void SimulatedHost::Send(const v1::AgentMessage& message) {
   const std::string text = message.SerializeAsString();
-  (void)around_.network.Send(node(), kControlNode, {text.begin(), text.end()});
+  (void)around_.network.Send(node(), control().node(), {text.begin(), text.end()});
 }
 
 void SimulatedHost::Beat() {
@@ -130,6 +184,7 @@ void SimulatedHost::Beat() {
 
 void SimulatedHost::Admitted(const v1::Admitted& admitted) {
   admitted_ = true;
+  backoff_ = kFirstBackoff;
   host_id_ = admitted.host_id();
   if (!admitted.host_secret().empty()) secret_ = admitted.host_secret();
   v1::AgentMessage up;
@@ -165,13 +220,16 @@ void SimulatedHost::Keep(const v1::SignedRevocations& list) {
   Send(up);
 }
 
-void SimulatedHost::OnMessage(const Bytes& bytes) {
-  if (!agent_alive()) return;
+void SimulatedHost::OnMessage(Node from, const Bytes& bytes) {
+  if (!agent_alive() || from != control().node()) return;
   v1::ControlMessage message;
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return;
   if (message.has_admitted()) {
     Admitted(message.admitted());
   } else if (message.has_desired()) {
+    agent::LifeFence lives(newest_life_);
+    if (several() && !lives.Admit(message.desired().revision())) return LeaveControl();
+    newest_life_ = lives.newest();
     if (message.desired().has_revocations()) Keep(message.desired().revocations());
     (void)supervisor_->Desired(message.desired(), around_.Now());
   } else if (message.has_lease()) {
@@ -242,7 +300,7 @@ void SimulatedHost::Do(const agent::FetchState& action) {
 // Files come from the control plane while there is one, and are asked for again when there is one again.
 void SimulatedHost::Fetch() {
   around_.timeline.In(kFetching, [this, life = life_] {
-    if (!agent_alive() || life != life_ || !admitted_ || !control_.alive()) return;
+    if (!agent_alive() || life != life_ || !admitted_ || !control().alive()) return;
     for (const agent::Content& content : std::exchange(contents_, {})) {
       supervisor_->ContentReady(content, agent::NameOf(content.kind));
     }
@@ -253,7 +311,7 @@ void SimulatedHost::Fetch() {
       request.set_instance_id(state.key.instance_id);
       request.set_region(state.key.region);
       request.set_tick(state.tick);
-      const absl::StatusOr<Bytes> bytes = control_.StateFile(request);
+      const absl::StatusOr<Bytes> bytes = control().StateFile(request);
       if (bytes.ok()) {
         around_.files[state.path] = *bytes;
         supervisor_->StateReady(state.key, state.path);
@@ -279,7 +337,7 @@ void SimulatedHost::Do(const agent::UploadState& action) {
     request.set_tick(action.tick);
     request.set_size(file->second.size());
     request.set_hash(Sha256Hex(AsText(file->second)));
-    (void)control_.TakeUpload(request, file->second);
+    (void)control().TakeUpload(request, file->second);
     around_.files.erase(action.path);
   });
 }

@@ -15,6 +15,7 @@
 #include <set>
 #include <string>
 
+#include "agent/life_fence.h"
 #include "agent/supervisor.h"
 #include "tests/simulation/simulated_control.h"
 #include "tests/simulation/simulated_worker.h"
@@ -26,7 +27,10 @@ class SimulatedHost {
   static constexpr Micros kCall = 200;                // over the Unix socket, one way
   static constexpr Micros kDial = Milliseconds(100);  // between a worker's dials while its agent is away
 
-  SimulatedHost(Surroundings& around, SimulatedControl& control, std::uint32_t number, std::uint32_t capacity,
+  using Controls = std::vector<std::unique_ptr<SimulatedControl>>;
+
+  // Of several control planes the agent dials one after the other until it is admitted by the one that leads.
+  SimulatedHost(Surroundings& around, const Controls& controls, std::uint32_t number, std::uint32_t capacity,
                 std::string join_token);
 
   void StartAgent();
@@ -38,6 +42,8 @@ class SimulatedHost {
 
   std::uint32_t number() const { return number_; }
   bool admitted() const { return admitted_; }
+  // The control plane that it was admitted by; 0: it is away.
+  std::uint32_t attached_to() const { return admitted_ ? control().number() : 0; }
   std::vector<SimulatedWorker*> workers() const;
   // How often each life was started.
   const std::map<agent::WorkerKey, int>& starts() const { return starts_; }
@@ -53,8 +59,13 @@ class SimulatedHost {
   };
 
   Node node() const { return AgentNode(number_); }
-  void OnConnected();
-  void OnMessage(const Bytes& bytes);
+  bool several() const { return controls_.size() > 1; }
+  SimulatedControl& control() const { return *controls_[at_]; }
+  void Dial();
+  void OnConnected(Node from);
+  void OnDisconnected(Node from);
+  void LeaveControl();
+  void OnMessage(Node from, const Bytes& bytes);
   void Send(const v1::AgentMessage& message);
   void Admitted(const v1::Admitted& admitted);
   std::uint64_t KeptRevocations() const;  // the number of the list; 0: none
@@ -78,7 +89,7 @@ class SimulatedHost {
   void ToWorker(const agent::WorkerKey& key, std::function<void(SimulatedWorker&)> action);
 
   Surroundings& around_;
-  SimulatedControl& control_;
+  const Controls& controls_;
   std::uint32_t number_, capacity_;
   std::string join_token_, host_id_, secret_;
   v1::SignedRevocations revocations_;              // on its disk
@@ -86,6 +97,11 @@ class SimulatedHost {
   std::uint64_t life_ = 0;                         // counts the agent's starts
   std::uint64_t boot_ = 1;
   bool admitted_ = false;
+  std::size_t at_ = 0;       // the control plane that it dials
+  std::uint64_t dials_ = 0;  // a later one voids what an earlier one waits for
+  Micros backoff_ = 0;
+  Chance chance_;
+  std::uint64_t newest_life_ = 0;  // of a control plane, on its disk
   agent::WorkersFile saved_;
   std::set<agent::Content> contents_;
   std::vector<agent::FetchState> states_;

@@ -2,103 +2,24 @@
 // RUNNING while it does.
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <map>
-#include <string>
 #include <vector>
 
 #include "tests/simulation/chance.h"
 #include "tests/simulation/deployed_world.h"
+#include "tests/simulation/world_watch.h"
 
 namespace tessera::simulation {
 namespace {
 
 using ::testing::HasSubstr;
 
-constexpr Micros kLook = Milliseconds(10);
-constexpr Micros kNoStep = Milliseconds(250);        // a region without a step for so long does not step
-constexpr Micros kFalseAtMost = Milliseconds(2000);  // at a stretch; what the figures of a cluster's faults ask for
-
-// The checker: holds what the control plane says of the world against what its regions do. While a write keeps it from
-// answering, it says nothing, true or false.
-class FalseWords {
- public:
-  explicit FalseWords(Deployment& deployment) : deployment_(deployment) {}
-
-  void Watch(Micros span) {
-    for (const Micros end = deployment_.timeline().now() + span; deployment_.timeline().now() < end;) {
-      deployment_.RunFor(kLook);
-      Look();
-    }
-  }
-  // RUNNING was said while a region did not step, and DEGRADED while all did; the longest time on end.
-  Micros false_running() const { return running_.longest; }
-  Micros false_degraded() const { return degraded_.longest; }
-  // How long it answered nobody, at the longest.
-  Micros silent() const { return silent_.longest; }
-  // How long not all regions stepped, at the longest.
-  Micros stood() const { return standing_.longest == 0 ? 0 : standing_.longest + kNoStep; }
-
- private:
-  struct Stretch {
-    Micros now = 0, longest = 0;
-    void Note(bool goes_on) {
-      now = goes_on ? now + kLook : 0;
-      longest = std::max(longest, now);
-    }
-  };
-  struct LastStep {
-    Tick tick;
-    Micros at = 0;
-  };
-
-  // The regions of the newest map that anybody runs by. Those who run may go by a newer one than is answered.
-  std::vector<std::uint32_t> Regions(const v1::Instance& said) const {
-    std::vector<std::uint32_t> regions;
-    MapVersion newest;
-    for (const v1::MapRegion& region : said.map().regions()) {
-      const SimulatedWorker* worker = deployment_.Find(RegionId(region.id()));
-      if (worker == nullptr || worker->region() == nullptr || worker->region()->map().version() <= newest) continue;
-      newest = worker->region()->map().version();
-      regions.clear();
-      for (const MapRegion& at : worker->region()->map().regions()) regions.push_back(at.id.value());
-    }
-    if (regions.empty()) {
-      for (const v1::MapRegion& region : said.map().regions()) regions.push_back(region.id());
-    }
-    return regions;
-  }
-
-  void Look() {
-    const Micros now = deployment_.timeline().now();
-    const v1::Instance said = deployment_.instance();
-    bool all_step = true;
-    for (const std::uint32_t region : Regions(said)) {
-      LastStep& last = last_.try_emplace(region, LastStep{Tick(), now}).first->second;
-      const SimulatedWorker* worker = deployment_.Find(RegionId(region));
-      if (worker != nullptr && worker->region() != nullptr && worker->region()->tick() != last.tick) {
-        last = {worker->region()->tick(), now};
-      }
-      all_step = all_step && now - last.at < kNoStep;
-    }
-    standing_.Note(!all_step);
-    const bool answers = deployment_.control().alive() && !deployment_.control().writing();
-    silent_.Note(!answers);
-    if (!answers) return;
-    running_.Note(said.state() == v1::INSTANCE_STATE_RUNNING && !all_step);
-    degraded_.Note(said.state() == v1::INSTANCE_STATE_DEGRADED && all_step);
-  }
-
-  Deployment& deployment_;
-  std::map<std::uint32_t, LastStep> last_;
-  Stretch silent_, standing_, running_, degraded_;
-};
+constexpr Micros kFalseAtMost = WordBounds().at_most;
 
 class StoreFaultTest : public QuietTest {};
 
 struct StoreWorld : DeployedWorld {
   explicit StoreWorld(std::uint64_t seed = 1)
-      : DeployedWorld({.seed = seed, .regions = 4}, MomentOf(seed)), words(deployment) {}
+      : DeployedWorld({.seed = seed, .regions = 4}, MomentOf(seed)), watch(deployment), words(watch.words()) {}
   std::uint32_t StandbyOf(std::uint32_t region) { return deployment.Find(RegionId(region))->order().standby.value(); }
   // Two regions that may both die: neither is the other's standby.
   std::vector<std::uint32_t> Apart() {
@@ -110,16 +31,17 @@ struct StoreWorld : DeployedWorld {
     return {};
   }
 
-  FalseWords words;
+  WorldWatch watch;
+  FalseWords& words;
 };
 
 // A check that finds nothing false must be able to.
 TEST_F(StoreFaultTest, TheCheckerSeesAWorldThatIsCalledRunningAndStands) {
   StoreWorld run;
-  run.words.Watch(Milliseconds(500));
+  run.watch.RunFor(Milliseconds(500));
   EXPECT_EQ(run.words.false_running(), 0U);
   run.deployment.network().SetStalled(run.deployment.Find(RegionId(2))->node(), true);
-  run.words.Watch(Milliseconds(1500));  // it is called still after two seconds
+  run.watch.RunFor(Milliseconds(1500));  // it is called still after two seconds
   EXPECT_GE(run.words.false_running(), Milliseconds(1000));
   run.deployment.network().SetStalled(run.deployment.Find(RegionId(2))->node(), false);
   run.ExpectWhole();
@@ -130,11 +52,11 @@ TEST_F(StoreFaultTest, WritesOfTwoSecondsDelayAFailoverAndTakeNobodyForDead) {
     SCOPED_TRACE(seed);
     StoreWorld run(seed);
     run.deployment.control().SetWriteTime(Milliseconds(2000));
-    run.words.Watch(Milliseconds(10'000));
+    run.watch.RunFor(Milliseconds(10'000));
     EXPECT_EQ(run.words.stood(), 0U);
     EXPECT_EQ(run.deployment.totals().takeovers, 0U);
     run.deployment.Kill(RegionId(2));
-    run.words.Watch(Milliseconds(30'000));
+    run.watch.RunFor(Milliseconds(30'000));
     EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
     // The failover's map alone is written before anybody hears of it.
     EXPECT_LE(run.words.stood(), Milliseconds(2000 + 500));
@@ -154,18 +76,18 @@ TEST_F(StoreFaultTest, WhileItsDiskIsFullAWorldThatStepsIsRunningAndOneThatDoesN
     const std::vector<std::uint32_t> die = run.Apart();
     ASSERT_EQ(die.size(), 2U);
     run.deployment.control().SetStoreFull(true);
-    run.words.Watch(Milliseconds(10'000));
+    run.watch.RunFor(Milliseconds(10'000));
     EXPECT_EQ(run.deployment.instance().state(), v1::INSTANCE_STATE_RUNNING) << run.deployment.instance().reason();
     Chance chance(seed);
     for (const std::uint32_t region : die) {
       run.deployment.Kill(RegionId(region));
-      run.words.Watch(Milliseconds(5000) + chance.Below(Milliseconds(20'000)));
+      run.watch.RunFor(Milliseconds(5000) + chance.Below(Milliseconds(20'000)));
       EXPECT_EQ(run.deployment.instance().state(), v1::INSTANCE_STATE_DEGRADED);
       EXPECT_THAT(run.deployment.instance().reason(), HasSubstr("its next step is not stored: "));
     }
     EXPECT_EQ(run.deployment.totals().takeovers, 0U);
     run.deployment.control().SetStoreFull(false);
-    run.words.Watch(Milliseconds(20'000));
+    run.watch.RunFor(Milliseconds(20'000));
     EXPECT_EQ(run.deployment.totals().takeovers, 2U) << run.deployment.Standing();
     EXPECT_LE(run.words.false_running(), kFalseAtMost);
     EXPECT_LE(run.words.false_degraded(), kFalseAtMost);
@@ -190,7 +112,7 @@ TEST_F(StoreFaultTest, ADiskThatIsFullAgainAndAgainLosesNothingAndNothingIsSaidF
       }
       run.deployment.control().SetStoreFull(chance.Happens(0.7));
       run.deployment.control().SetWriteTime(chance.Below(Milliseconds(40)));
-      run.words.Watch(chance.Below(Milliseconds(1500)));
+      run.watch.RunFor(chance.Below(Milliseconds(1500)));
     }
     run.deployment.control().SetStoreFull(false);
     run.deployment.control().SetWriteTime(0);

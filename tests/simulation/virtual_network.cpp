@@ -53,6 +53,26 @@ void VirtualNetwork::Cut(Node a, Node b, bool cut) {
   }
 }
 
+void VirtualNetwork::CutOneWay(Node from, Node to, bool cut) {
+  if (cut) {
+    cuts_one_way_.insert({from, to});
+  } else {
+    cuts_one_way_.erase({from, to});
+  }
+}
+
+bool VirtualNetwork::Passes(Node from, Node to) const {
+  return !IsCut(from, to) && !cuts_one_way_.contains({from, to});
+}
+
+void VirtualNetwork::MovePlace(std::uint32_t place, std::uint32_t island) {
+  if (island == 0) {
+    islands_.erase(place);
+  } else {
+    islands_[place] = island;
+  }
+}
+
 void VirtualNetwork::CutPlace(std::uint32_t place, bool cut) {
   if (cut) {
     cut_places_.insert(place);
@@ -63,12 +83,17 @@ void VirtualNetwork::CutPlace(std::uint32_t place, bool cut) {
 
 bool VirtualNetwork::IsCut(Node a, Node b) const {
   if (cuts_.contains(Pair(a, b))) return true;
-  if (cut_places_.empty()) return false;
+  if (cut_places_.empty() && islands_.empty()) return false;
   const auto at = [this](Node node) {
     const auto found = places_.find(node);
     return found == places_.end() ? 0 : found->second;
   };
-  return at(a) != at(b) && (cut_places_.contains(at(a)) || cut_places_.contains(at(b)));
+  const auto island = [this](std::uint32_t place) {
+    const auto found = islands_.find(place);
+    return found == islands_.end() ? 0 : found->second;
+  };
+  if (at(a) == at(b)) return false;
+  return cut_places_.contains(at(a)) || cut_places_.contains(at(b)) || island(at(a)) != island(at(b));
 }
 
 bool VirtualNetwork::IsStalled(Node node) const {
@@ -107,7 +132,7 @@ void VirtualNetwork::InProcess(Node node, std::function<void()> action) {
 // Sends one packet under the network conditions: it arrives never, once or twice.
 void VirtualNetwork::Travel(Node from, Node to, const std::function<void()>& arrive) {
   ++totals_.packets;
-  if (IsCut(from, to) || chance_.Happens(conditions_.loss)) {
+  if (!Passes(from, to) || chance_.Happens(conditions_.loss)) {
     ++totals_.lost;
     return;
   }
@@ -151,13 +176,18 @@ bool VirtualNetwork::Heard(const Packet& packet) const {
   return packet.number < stream.next_in || stream.early.contains(packet.number);
 }
 
+// Its sender learns of that, unless nothing passes back.
+bool VirtualNetwork::Acknowledged(const Packet& packet) const {
+  return Heard(packet) && !cuts_one_way_.contains({packet.to, packet.from});
+}
+
 // Sent, and sent again until it is heard; a receiver that stands still hears nothing.
 void VirtualNetwork::Transmit(const Packet& packet) {
   Travel(packet.from, packet.to, [this, packet] { Arrive(packet); });
   timeline_.In(packet.resend_after, [this, packet] {
-    if (!Current(packet) || Heard(packet) || !Joined(packet.from)) return;
+    if (!Current(packet) || Acknowledged(packet) || !Joined(packet.from)) return;
     InProcess(packet.from, [this, packet] {
-      if (!Current(packet) || Heard(packet)) return;
+      if (!Current(packet) || Acknowledged(packet)) return;
       if (timeline_.now() - packet.first_sent >= kBreakAfter) return Break(packet.from, packet.to);
       ++totals_.resent;
       Packet again = packet;
@@ -206,7 +236,8 @@ void VirtualNetwork::Dial(Ends ends, Micros after) {
     if (found == connections_.end() || found->second.up) return;
     if (!Joined(ends.first) || !Joined(ends.second)) return;  // `Join` dials
     const bool lost = chance_.Happens(conditions_.loss) || chance_.Happens(conditions_.loss);
-    if (IsCut(ends.first, ends.second) || IsStalled(ends.first) || IsStalled(ends.second) || lost) {
+    const bool passes = Passes(ends.first, ends.second) && Passes(ends.second, ends.first);
+    if (!passes || IsStalled(ends.first) || IsStalled(ends.second) || lost) {
       return Dial(ends, kRedialAfter);
     }
     Open(ends);

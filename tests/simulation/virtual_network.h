@@ -74,14 +74,21 @@ class VirtualNetwork {
   // --- Faults.
   PacketConditions& conditions() { return conditions_; }
   void Cut(Node a, Node b, bool cut);  // no packet passes
+  // None passes from the one to the other. A connection ends when the sender hears no acknowledgement, or is not heard.
+  void CutOneWay(Node from, Node to, bool cut);
   void ClearCuts() {
     cuts_.clear();
+    cuts_one_way_.clear();
     cut_places_.clear();
+    islands_.clear();
   }
-  bool IsCut(Node a, Node b) const;
+  bool IsCut(Node a, Node b) const;       // both ways
+  bool Passes(Node from, Node to) const;  // packets do, but for loss
   // A place is a machine. One that is cut off is heard by nobody elsewhere; what is there goes on hearing each other.
   void SetPlace(Node node, std::uint32_t place) { places_[node] = place; }
   void CutPlace(std::uint32_t place, bool cut);
+  // Places of one island hear each other and nobody else. 0: where all are at first.
+  void MovePlace(std::uint32_t place, std::uint32_t island);
   void Break(Node a, Node b);                // their connection, at once
   void SetStalled(Node node, bool stalled);  // it runs no code; what comes waits for it
   bool IsStalled(Node node) const;
@@ -120,6 +127,7 @@ class VirtualNetwork {
   void Dial(Ends ends, Micros after);
   void Open(Ends ends);
   bool Heard(const Packet& packet) const;
+  bool Acknowledged(const Packet& packet) const;
   bool Current(const Packet& packet) const;
 
   Timeline& timeline_;
@@ -128,8 +136,10 @@ class VirtualNetwork {
   std::map<Node, NodeState> nodes_;
   std::map<Ends, Connection> connections_;
   std::set<Ends> cuts_;
+  std::set<Ends> cuts_one_way_;  // from, to
   std::map<Node, std::uint32_t> places_;
   std::set<std::uint32_t> cut_places_;
+  std::map<std::uint32_t, std::uint32_t> islands_;  // by place
   std::uint64_t lives_ = 0, sessions_ = 0;
   NetworkTotals totals_;
 };

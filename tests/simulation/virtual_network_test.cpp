@@ -94,5 +94,36 @@ TEST_F(VirtualNetworkTest, ANewLifeGetsNothingOfTheLast) {
   EXPECT_TRUE(network.Connected(1, 2));
 }
 
+// What one side says comes through, until nobody acknowledges it.
+TEST_F(VirtualNetworkTest, ACutOneWayIsHeardByTheOtherUntilTheConnectionEnds) {
+  network.CutOneWay(2, 1, true);
+  ASSERT_TRUE(network.Send(1, 2, {1}));
+  RunFor(Milliseconds(500));
+  EXPECT_THAT(got[2], ElementsAre(1));
+  EXPECT_TRUE(network.Connected(1, 2));
+  RunFor(Milliseconds(5000));
+  EXPECT_FALSE(network.Connected(1, 2)) << "and there is no handshake";
+  EXPECT_EQ(broken[1], 1);
+  network.CutOneWay(2, 1, false);
+  RunFor(Milliseconds(100));
+  EXPECT_TRUE(network.Connected(1, 2));
+}
+
+TEST_F(VirtualNetworkTest, PlacesOfOneIslandHearEachOtherAndNobodyElse) {
+  Join(3);
+  network.Link(1, 3);
+  network.SetPlace(1, 11);
+  network.SetPlace(2, 12);
+  network.SetPlace(3, 13);
+  network.MovePlace(11, 1);
+  network.MovePlace(12, 1);
+  EXPECT_TRUE(network.Passes(1, 2));
+  EXPECT_FALSE(network.Passes(1, 3));
+  EXPECT_FALSE(network.Passes(3, 2));
+  network.MovePlace(11, 0);
+  EXPECT_TRUE(network.Passes(1, 3));
+  EXPECT_FALSE(network.Passes(1, 2));
+}
+
 }  // namespace
 }  // namespace tessera::simulation

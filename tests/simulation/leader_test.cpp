@@ -1,0 +1,209 @@
+// Several control planes on one store, under faults of leaders and of the store: the product's control plane, agents
+// and workers in virtual time.
+#include "tests/simulation/leader_scenario.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/deployed_world.h"
+#include "tests/simulation/world_watch.h"
+
+namespace tessera::simulation {
+namespace {
+
+using ::testing::IsEmpty;
+
+constexpr Micros kPatience = Milliseconds(10'000);
+
+class LeaderTest : public QuietTest {};
+
+struct LedWorld : DeployedWorld {
+  explicit LedWorld(std::uint64_t seed = 1, std::uint32_t controls = 3)
+      : DeployedWorld({.seed = seed, .hosts = 3, .regions = 3, .controls = controls}, MomentOf(seed), 30),
+        watch(deployment, kLeaderBounds) {
+    watch.sees = watch.has_heard = [this](const SimulatedControl& control) { return IsHeardBy(control); };
+  }
+  SimulatedControl& leader() { return deployment.control(); }
+  // Another one than `before` leads, and has heard all hosts.
+  bool AwaitNext(const SimulatedControl& before) {
+    return watch.RunUntil(kPatience, [&] { return &leader() != &before && leader().leads() && Heard(); });
+  }
+  bool Heard() const { return IsHeardBy(deployment.control()); }
+  bool IsHeardBy(const SimulatedControl& control) const {
+    for (std::uint32_t host = 1; host <= 3; ++host) {
+      if (deployment.HostAt(host).attached_to() != control.number()) return false;
+    }
+    return true;
+  }
+  bool Acknowledges(SimulatedControl& asked, const std::string& name) {
+    v1::CreateTokenRequest request;
+    request.set_name(name);
+    request.set_role(v1::ROLE_VIEWER);
+    return asked.Call(
+        [&](control::Cluster& cluster, control::Now now) { return cluster.CreateToken(now, request).ok(); });
+  }
+  bool Knows(const std::string& name) { return leader().cluster().tokens().Named(name) != nullptr; }
+  void ExpectTruth() {
+    ExpectWhole();
+    EXPECT_THAT(watch.words().problems(), IsEmpty());
+    EXPECT_EQ(deployment.totals().two_owners, 0U);
+  }
+
+  WorldWatch watch;
+};
+
+TEST_F(LeaderTest, OneOfThreeLeadsAndAllAgentsFindIt) {
+  LedWorld run;
+  EXPECT_EQ(std::ranges::count_if(run.deployment.controls(), [](const auto& control) { return control->alive(); }), 1);
+  EXPECT_TRUE(run.Heard());
+  run.ExpectTruth();
+}
+
+TEST_F(LeaderTest, WhatAKilledLeaderAcknowledgedTheNextOneHasAndTheWorldRunsOn) {
+  LedWorld run;
+  SimulatedControl& first = run.leader();
+  ASSERT_TRUE(run.Acknowledges(first, "kept"));
+  const Tick before = run.deployment.tick();
+  first.Kill();
+  ASSERT_TRUE(run.AwaitNext(first)) << run.deployment.Standing();
+  EXPECT_TRUE(run.Knows("kept"));
+  ASSERT_EQ(run.watch.leader_gaps().size(), 1U);
+  EXPECT_LE(run.watch.leader_gaps().front(), kElectionTtl + 2 * kElectionPoll);
+  EXPECT_GE(run.deployment.tick() - before,
+            static_cast<std::int64_t>(run.watch.leader_gaps().front() * 59 / 1'000'000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  first.Start();
+  run.ExpectTruth();
+}
+
+TEST_F(LeaderTest, AWorkerThatDiesWhileNobodyLeadsIsCarriedOnByTheNextLeader) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    LedWorld run(seed);
+    SimulatedControl& first = run.leader();
+    first.Kill();
+    run.watch.RunFor(Milliseconds(500));
+    run.deployment.Kill(RegionId(2));
+    ASSERT_TRUE(run.AwaitNext(first)) << run.deployment.Standing();
+    run.watch.RunFor(Milliseconds(2000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+    run.ExpectTruth();
+  }
+}
+
+// It comes back with messages that waited for it, and a lease that is over.
+TEST_F(LeaderTest, ALeaderThatWasStoppedForLongerThanItsLeaseChangesNothingWhenItComesBack) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    LedWorld run(seed);
+    SimulatedControl& first = run.leader();
+    first.SetStopped(true);
+    ASSERT_TRUE(run.AwaitNext(first)) << run.deployment.Standing();
+    ASSERT_TRUE(run.Acknowledges(run.leader(), "by-the-next"));
+    run.watch.RunFor(Milliseconds(1000));
+    first.SetStopped(false);
+    EXPECT_FALSE(first.alive()) << "it follows";
+    run.watch.RunFor(Milliseconds(2000));
+    EXPECT_TRUE(run.Knows("by-the-next"));
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+    run.ExpectTruth();
+  }
+}
+
+TEST_F(LeaderTest, ALeaderThatIsCutOffFromTheStoreAcknowledgesNothing) {
+  LedWorld run;
+  SimulatedControl& first = run.leader();
+  run.deployment.network().Cut(first.node(), kStoreNode, true);
+  ASSERT_TRUE(first.alive()) << "it does not know yet";
+  EXPECT_FALSE(run.Acknowledges(first, "lost"));
+  ASSERT_TRUE(run.AwaitNext(first)) << run.deployment.Standing();
+  EXPECT_FALSE(run.Knows("lost"));
+  run.ExpectTruth();
+}
+
+// The worker's lease is renewed by one who does not lead for much longer.
+TEST_F(LeaderTest, AWorkerThatIsCutOffTogetherWithADeposedLeaderStepsBesideNobody) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE(seed);
+    LedWorld run(seed);
+    SimulatedControl& first = run.leader();
+    const std::uint32_t host = run.deployment.Find(RegionId(2))->place();
+    run.deployment.network().MovePlace(PlaceOfControl(first.number()), 1);
+    run.deployment.network().MovePlace(host, 1);
+    run.watch.RunFor(Milliseconds(9000));
+    EXPECT_FALSE(first.alive());
+    EXPECT_GE(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+    EXPECT_EQ(run.deployment.totals().two_owners, 0U);
+    EXPECT_EQ(run.watch.words().two_owners(), 0U);
+    run.ExpectTruth();
+  }
+}
+
+TEST_F(LeaderTest, ALeaderWhoseLeaseIsRevokedEarlyWritesNothingMore) {
+  LedWorld run;
+  SimulatedControl& first = run.leader();
+  run.deployment.store().RevokeEarly();
+  ASSERT_TRUE(first.alive()) << "it does not know yet";
+  EXPECT_FALSE(run.Acknowledges(first, "lost"));
+  ASSERT_TRUE(run.AwaitNext(first)) << run.deployment.Standing();
+  EXPECT_FALSE(run.Knows("lost"));
+  run.ExpectTruth();
+}
+
+TEST_F(LeaderTest, AWriteWhoseAnswerIsLostIsAcknowledgedOnceItIsKnownOrNeverAndCostsTheLead) {
+  LedWorld run;
+  SimulatedControl& first = run.leader();
+  run.deployment.store().LoseAnswer(true, Milliseconds(1000));
+  EXPECT_TRUE(run.Acknowledges(first, "found-out"));
+  run.watch.RunFor(Milliseconds(2000));
+  EXPECT_TRUE(first.leads());
+  run.deployment.store().LoseAnswer(true, Milliseconds(60'000));
+  EXPECT_FALSE(run.Acknowledges(first, "never-known"));
+  ASSERT_TRUE(run.AwaitNext(first)) << run.deployment.Standing();
+  EXPECT_TRUE(run.Knows("found-out"));
+  EXPECT_TRUE(run.Knows("never-known")) << "nobody was told, and it may be there";
+  run.ExpectTruth();
+}
+
+TEST_F(LeaderTest, AnOldBackupUnderSeveralControlPlanesEndsNothingAndSetsNothingBack) {
+  LedWorld run;
+  const std::string backup = run.deployment.store().Backup();
+  ASSERT_TRUE(run.deployment.Scale(4));
+  ASSERT_TRUE(run.deployment.AwaitCalm()) << run.deployment.Standing();
+  const Tick before = run.deployment.tick();
+  run.deployment.BeginFrom(backup);
+  run.watch.RunFor(Milliseconds(6000));
+  EXPECT_EQ(run.deployment.instance().map().regions_size(), 4);
+  EXPECT_GE(run.deployment.tick() - before, 350) << "6 s at 60 Hz";
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.ExpectTruth();
+}
+
+// ./dev sim --world deployment runs as many as there is time for.
+TEST_F(LeaderTest, DrawnFaultsOfLeadersAndStoresMakeNobodyLieAndLoseNothing) {
+  constexpr std::uint64_t kSeeds = 8;
+  std::uint64_t acknowledged = 0, elections = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const LeaderScenario scenario = DrawLeaders(seed);
+    const LeaderOutcome outcome = Run(scenario);
+    EXPECT_THAT(outcome.problems, IsEmpty()) << seed << ": " << Describe(scenario);
+    EXPECT_EQ(outcome.two_owners + outcome.lies + outcome.lost_changes, 0U) << seed;
+    acknowledged += outcome.acknowledged;
+    elections += outcome.elections;
+  }
+  EXPECT_GT(acknowledged, 20 * kSeeds);
+  EXPECT_GT(elections, 0U);
+}
+
+TEST_F(LeaderTest, ASeedGivesTheSameRunAgain) {
+  const LeaderOutcome one = Run(DrawLeaders(3)), other = Run(DrawLeaders(3));
+  EXPECT_EQ(one.hash, other.hash);
+  EXPECT_EQ(one.steps, other.steps);
+  EXPECT_EQ(one.gaps, other.gaps);
+}
+
+}  // namespace
+}  // namespace tessera::simulation
