@@ -112,6 +112,9 @@ absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store)
   if (const auto written = trial.Txn(*puts); !written.ok()) return absl::DataLossError(written.status().message());
   auto records = ReadRecords(trial);
   if (!records.ok()) return records.status();
+  if (!records->unreadable.empty()) {
+    return absl::DataLossError(absl::StrCat("store: ", records->unreadable.front().key, ": cannot be read"));
+  }
   for (StoreOp& put : *puts) {
     if (put.key == kCountersKey) {
       Raise(records->counters.record);

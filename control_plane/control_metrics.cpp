@@ -206,6 +206,11 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
                                      prometheus::MetricType::Gauge,
                                      {}};
   too_large.metric.emplace_back().gauge.value = summary.over_checkpoint_quota;
+  prometheus::MetricFamily set_aside{"tessera_control_records_set_aside",
+                                     "records of the store that cannot be read, and without which the cluster goes on",
+                                     prometheus::MetricType::Gauge,
+                                     {}};
+  set_aside.metric.emplace_back().gauge.value = static_cast<double>(summary.records_set_aside);
   prometheus::MetricFamily visuals{"tessera_control_visual_bytes",
                                    "bytes that files of meshes take in the store",
                                    prometheus::MetricType::Gauge,
@@ -229,8 +234,8 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = is_behind ? 1 : 0;
   }
-  std::vector<prometheus::MetricFamily> families{hosts,   instances, writes,  failures, failing,
-                                                 stopped, too_large, visuals, clocks,   behind};
+  std::vector<prometheus::MetricFamily> families{hosts,     instances, writes,  failures, failing, stopped,
+                                                 too_large, set_aside, visuals, clocks,   behind};
   AddHealth(summary.health, families);
   return families;
 }

@@ -163,7 +163,7 @@ absl::Status ControlPlane::CheckRecovered() {
   const bool recovering = Call([](Cluster& cluster, Now) { return cluster.state().recovering(); });
   if (!recovering) return absl::OkStatus();
   return absl::UnavailableError(
-      "the cluster was restored from a backup and takes up what runs; try again in a few seconds");
+      "the cluster was restored from a backup, or lacks records, and takes up what runs; try again in a few seconds");
 }
 
 // --- Instances.

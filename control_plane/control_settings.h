@@ -45,6 +45,8 @@ struct ControlSettings {
   // How long a file of meshes stays that no instance needs: the time from its upload to the instance, and from one
   // instance of a level to the next. Shorter, and a level that is changed and tried again is sent anew each time.
   std::chrono::milliseconds keep_visuals{900'000};
+  // At the start, records that an earlier start has set aside as unreadable are deleted.
+  bool drop_set_aside = false;
   // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
   std::string release;
 };

@@ -44,7 +44,7 @@ absl::StatusOr<RegionNeeds> NeedsOfPlan(const ClusterState& state, const Instanc
 
 absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Load(Store& store, const ControlSettings& settings,
                                                        RandomBytes random, Now now) {
-  auto state = ClusterState::Load(store);
+  auto state = ClusterState::Load(store, settings.drop_set_aside);
   if (!state.ok()) return state.status();
   std::unique_ptr<Cluster> cluster(new Cluster(*std::move(state), settings, std::move(random), now));
   if (absl::Status status = cluster->LoadParts(now); !status.ok()) return status;

@@ -44,12 +44,13 @@ absl::Status NotWritten(const absl::Status& status) { return absl::UnavailableEr
 
 // --- Loading.
 
-absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
+absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store, bool drop_set_aside) {
   auto stored = ReadRecords(store);
   if (!stored.ok()) return stored.status();
   std::unique_ptr<ClusterState> state(new ClusterState(store));
   state->counters_ = std::move(stored->counters);
-  if (absl::Status status = state->BeginLife(); !status.ok()) return status;
+  if (absl::Status status = state->BeginLife(stored->unreadable); !status.ok()) return status;
+  if (absl::Status status = state->LoadSetAside(stored->unreadable, drop_set_aside); !status.ok()) return status;
   for (auto& host : stored->hosts) {
     HostEntry& entry = state->hosts_[host.number];
     entry.number = host.number;
@@ -71,9 +72,18 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
   return state;
 }
 
-absl::Status ClusterState::BeginLife() {
+// Agents would end the workers of an instance that is set aside, and expel players of a bucket that is: nothing is
+// ordered before they have said what they run.
+absl::Status ClusterState::BeginLife(const std::vector<StoreEntry>& unreadable) {
   counters_.record.set_lives(counters_.record.lives() + 1);
   last_revision_ = counters_.record.lives() << kLifeShift;
+  const bool lacks = std::any_of(unreadable.begin(), unreadable.end(), [](const StoreEntry& entry) {
+    return InstanceOfKey(entry.key) != 0 || InstanceOfPlayersKey(entry.key) != 0;
+  });
+  if (lacks && !counters_.record.recovering()) {
+    counters_.record.set_recovering(true);
+    counters_.record.set_recovers_unreadable(true);
+  }
   const auto written = WriteCounters();
   if (!written.ok()) return written.status();
   counters_.revision = *written;
@@ -119,10 +129,9 @@ void ClusterState::FollowSeed(InstanceEntry& instance) {
 // A control plane that knew of no properties, or of no files of meshes, kept the scene's, unread; its workers may be
 // replaced by some that know them.
 absl::Status ClusterState::AdoptContent(const std::string& key, const StoredContent& content) {
-  const auto use = contents_.find(key);
-  if (use == contents_.end()) return absl::OkStatus();
-  use->second.revision = content.revision;
-  if (!IsSceneKey(key)) return absl::OkStatus();
+  ContentUse& use = contents_[key];
+  use.revision = content.revision;
+  if (use.instances == 0 || !IsSceneKey(key)) return absl::OkStatus();
   for (InstanceEntry& instance : EachInstance()) {
     const bool taken = instance.record.properties_taken() && instance.record.world_properties_taken() &&
                        instance.record.visuals_taken();
@@ -199,6 +208,7 @@ absl::StatusOr<Revision> ClusterState::WriteCounters() {
 absl::Status ClusterState::EndRecovery() {
   records::Counters next = counters_.record;
   next.set_recovering(false);
+  next.set_recovers_unreadable(false);
   const auto written = WriteOne(PutOp(kCountersKey, next.SerializeAsString(), counters_.revision));
   if (!written.ok()) return NotWritten(written.status());
   counters_.record = next;
@@ -295,6 +305,7 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   }
   // An instance that had ended uses none; ReuseContents counts what it needs again.
   const bool used = !IsFinal(instance.record.state()), uses = !IsFinal(next.state());
+  const bool keep = !set_aside_.empty();  // one that is set aside may use them
   const std::vector<std::string> before = used ? ContentKeys(instance.record) : std::vector<std::string>();
   const std::vector<std::string> after = used && uses ? ContentKeys(next) : std::vector<std::string>();
   const std::vector<std::string> released = Without(before, after), added = Without(after, before);
@@ -303,7 +314,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   ops.insert(ops.end(), missing.begin(), missing.end());
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
-    if (use != contents_.end() && use->second.instances == 1) ops.push_back(DeleteOp(key, use->second.revision));
+    const bool last = use != contents_.end() && use->second.instances == 1;
+    if (last && !keep) ops.push_back(DeleteOp(key, use->second.revision));
   }
   const auto written = Write(ops);
   if (!written.ok()) return NotWritten(written.status());
@@ -311,7 +323,7 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   for (const std::string& key : added) ++contents_[key].instances;
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
-    if (use != contents_.end() && --use->second.instances == 0) contents_.erase(use);
+    if (use != contents_.end() && --use->second.instances == 0 && !keep) contents_.erase(use);
   }
   for (const std::uint32_t index : buckets) {
     instance.player_revisions[index] = players.bucket(index) == nullptr ? kAbsent : *written;

@@ -168,8 +168,9 @@ class ValuesOf {
 
 class ClusterState {
  public:
-  // Reads all records and begins a new life on the store. DATA_LOSS names the key that cannot be read.
-  static absl::StatusOr<std::unique_ptr<ClusterState>> Load(Store& store);
+  // Reads all records and begins a new life on the store. Hosts, instances and buckets of players that cannot be read
+  // are set aside; DATA_LOSS: the counters cannot be read. `drop_set_aside` deletes those that lives before set aside.
+  static absl::StatusOr<std::unique_ptr<ClusterState>> Load(Store& store, bool drop_set_aside = false);
 
   // --- Access. Null: there is none.
   const std::map<std::uint64_t, HostEntry>& hosts() const { return hosts_; }              // by the number in the id,
@@ -184,8 +185,14 @@ class ClusterState {
   InstanceEntry& instance(std::uint64_t number) { return instances_.at(number); }
   const InstanceEntry* FindByRequestId(const std::string& request_id) const;
   // True if an instance that has not ended uses the scene or game, which then lies in the store under this key.
-  bool ContentInUse(const std::string& key) const { return contents_.contains(key); }
-  bool WasHost(std::uint64_t number) const { return number > 0 && number <= counters_.record.last_host(); }
+  bool ContentInUse(const std::string& key) const {
+    const auto found = contents_.find(key);
+    return found != contents_.end() && found->second.instances > 0;
+  }
+  // True if there was a host of this number, and it was removed.
+  bool WasHost(std::uint64_t number) const {
+    return number > 0 && number <= counters_.record.last_host() && !IsSetAside(HostKey(number));
+  }
 
   // --- Writing. UNAVAILABLE: nothing was written, and nothing has changed.
   absl::StatusOr<HostEntry*> AddHost(records::Host record);  // gives it its id
@@ -201,8 +208,21 @@ class ClusterState {
   // An instance that had ended needs its scene and game again. `contents` has all that it uses.
   absl::Status ReuseContents(const records::Instance& record, const Contents& contents);
 
-  // --- A store that was made of a backup: see recovery.h. False once what runs was taken up.
+  // --- Records that cannot be read.
+  // Moves one out of the way, so that the cluster goes on without it: it stays in the store, under kSetAside.
+  absl::Status SetAside(const StoreEntry& entry);
+  // The keys of all that this life or one before it has set aside, as they were before. While there is one, no file is
+  // removed that it may name.
+  const std::vector<std::string>& set_aside() const { return set_aside_; }
+  bool IsSetAside(const std::string& key) const;
+  // True if this life has lost players of the instance so.
+  bool LacksPlayers(std::uint64_t number) const { return lack_players_.contains(number); }
+
+  // --- A store that was made of a backup, or whose records could not all be read: see recovery.h. False once what runs
+  // was taken up.
   bool recovering() const { return counters_.record.recovering(); }
+  // The records are as new as what runs, but for those that were set aside.
+  bool recovers_unreadable() const { return counters_.record.recovers_unreadable(); }
   absl::Status EndRecovery();
 
   // --- What parts store under keys of their own. UNAVAILABLE: as above.
@@ -247,7 +267,8 @@ class ClusterState {
   };
 
   explicit ClusterState(Store& store) : store_(store) {}
-  absl::Status BeginLife();
+  absl::Status BeginLife(const std::vector<StoreEntry>& unreadable);
+  absl::Status LoadSetAside(const std::vector<StoreEntry>& unreadable, bool drop_old);
   // Every write: notes whether it failed.
   absl::StatusOr<Revision> Write(std::span<const StoreOp> ops);
   absl::StatusOr<Revision> WriteOne(const StoreOp& op);
@@ -267,6 +288,8 @@ class ClusterState {
   std::map<std::string, std::uint64_t> request_ids_;  // to the instance's number
   std::map<StreamId, std::uint64_t> streams_;         // to the host's number
   std::map<std::string, ContentUse> contents_;        // by key, of instances that have not ended
+  std::vector<std::string> set_aside_;
+  InstanceNumbers lack_players_;
   StreamId last_stream_ = 0;
   std::uint64_t last_revision_ = 0;
   std::string store_trouble_, checkpoint_trouble_;

@@ -107,6 +107,7 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
   summary.store_failing = !state.store_trouble().empty();
   summary.checkpoints_stopped = !state.checkpoint_trouble().empty();
   summary.failed_writes = state.failed_writes();
+  summary.records_set_aside = state.set_aside().size();
   for (const auto& [number, host] : state.hosts()) {
     ++summary.hosts[StateOf(host)];
     if (host.stream == 0) continue;

@@ -42,7 +42,11 @@ absl::StatusOr<bool> Forget(ClusterState& state, HostEntry& host, const Gone& go
 }  // namespace
 
 Recovery::Recovery(ClusterState& state, Now now) : state_(state), begun_(now.steady) {
-  if (active()) state_.Log("the store comes from a backup: waiting for the hosts to say what runs", Severity::kWarning);
+  if (!active()) return;
+  state_.Log(absl::StrCat(
+                 state_.recovers_unreadable() ? "records of the store cannot be read" : "the store comes from a backup",
+                 ": waiting for the hosts to say what runs"),
+             Severity::kWarning);
 }
 
 void Recovery::TakeOrders(const HostEntry& host, const v1::HeldOrders& held) {
@@ -82,6 +86,10 @@ bool Recovery::Step(Now now) {
     if (!status.ok()) break;
     if (IsFinal(instance.record.state())) continue;
     const auto found = orders.find(instance.number);
+    if (state_.recovers_unreadable()) {
+      if (found != orders.end()) status = TakeUpPlayers(instance, found->second, now);
+      continue;
+    }
     status = found == orders.end() ? EndUnlessItRuns(instance, now) : TakeUp(instance, found->second, now);
   }
   if (status.ok()) status = state_.EndRecovery();
@@ -121,6 +129,17 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
   }
   AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
   return state_.StoreWithPlayers(instance, next, AdoptPlayers(instance.players, orders));
+}
+
+absl::Status Recovery::TakeUpPlayers(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now) {
+  if (!state_.LacksPlayers(instance.number)) return absl::OkStatus();
+  records::Instance next = instance.record;
+  Players players = AdoptPlayers(instance.players, orders);
+  for (const records::StoredPlayer* known : players.All()) {
+    next.set_last_player(std::max(next.last_player(), known->player().number()));
+  }
+  AddEvent(next, now, "players that the store could not say are taken up from the regions");
+  return state_.StoreWithPlayers(instance, next, players);
 }
 
 absl::Status Recovery::EndUnlessItRuns(InstanceEntry& instance, Now now) {

@@ -1,4 +1,4 @@
-// Recovery: takes up what runs, after the store was made of a backup.
+// Recovery: takes up what runs, after the store was made of a backup, or where records of it could not be read.
 //
 // The backup may be old: worlds were made, scaled, ended and joined since. So nothing is ordered until the hosts have
 // said what they run: their agents hold the orders, and these are the record. Meanwhile every worker that asks has its
@@ -8,6 +8,9 @@
 // Worlds that run are taken up as they run, none is set back. One that the backup has and no host runs, though all its
 // hosts have answered, ended since: it is not begun again unasked. One that the backup does not know is left as it is:
 // its workers are ordered on as they were, under their host, until somebody ends them.
+//
+// Where records could not be read, the others are as new as what runs, and stay as they are: only players that were set
+// aside are taken from the orders, and worlds that were are left as those that the backup does not know.
 //
 // Thread rule: as Cluster.
 #pragma once
@@ -45,6 +48,7 @@ class Recovery {
   bool AllHostsAnswered(const records::Instance& record) const;
   absl::Status TakeUp(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now);
   absl::Status EndUnlessItRuns(InstanceEntry& instance, Now now);
+  absl::Status TakeUpPlayers(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now);
   absl::Status KeepUnknown();
 
   ClusterState& state_;
