@@ -69,6 +69,7 @@ void Agent::OnWorkerReport(ConnectionId connection, pid_t peer, const v1::Worker
   connections_[*key] = connection;
   attached_[connection] = *key;
   spdlog::info("worker attached worker={} pid={}", LogValue(key->ToString()), report.identity().pid());
+  NoteFoundAttached(*key);
   Settle();
 }
 
@@ -101,6 +102,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
     connections_.erase(connection);
   }
   inventories_.erase(key);
+  NoteFoundAttached(key);  // or never will be
   states_.Forget(key, state_->StatesPath());
   supervisor_.Ended(key, status, std::move(lines));
   Settle();
