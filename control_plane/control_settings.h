@@ -75,6 +75,10 @@ inline constexpr std::chrono::milliseconds kStandbyPatience{5000}, kCutKept{60'0
 inline constexpr std::chrono::milliseconds kStillAfter{2000}, kCutAfter{5000};
 // Wait after a change that could not be made, for want of room or because a newcomer died.
 inline constexpr std::chrono::milliseconds kChangeRetry{5000};
+// How long a planned map that all know waits, in all its tries together, for a newcomer's links to its neighbours,
+// until it is taken back; and from then to the next try. A link takes two messages to and fro. Shorter, and a busy
+// machine stops changes; longer, and an operator learns late that no release of the two understands the other.
+inline constexpr std::chrono::milliseconds kNewcomerLinkPatience{10'000}, kUnlinkedRetry{60'000};
 // How long a checkpoint may take from the choice of its tick until all files are on the disk, and the wait before
 // another try. A region of 10000 bodies writes some MB.
 inline constexpr std::chrono::milliseconds kCheckpointTimeout{30'000}, kCheckpointRetry{5'000};

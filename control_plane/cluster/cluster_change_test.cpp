@@ -206,6 +206,28 @@ TEST(ChangeTest, ANewcomerWhoseHostDiesBeforeItStartsIsWaitedForNoLonger) {
   ExpectEachBodyOnce(harness, 2);
 }
 
+TEST(ChangeTest, ANewcomerThatItsNeighboursRefuseTakesNothingOver) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 2);
+  for (auto& [name, agent] : harness.agents) agent.fake.unlinked = {3};
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  harness.Run(seconds(40));
+  v1::Instance world = harness.Get(id);
+  EXPECT_EQ(world.state(), v1::INSTANCE_STATE_RUNNING) << world.reason();
+  EXPECT_EQ(world.map().version(), 1u);
+  EXPECT_EQ(harness.Workers(), 2u);
+  ExpectEachBodyOnce(harness, 2);
+  ASSERT_EQ(world.changes_size(), 1);
+  EXPECT_THAT(world.changes(0).text(), testing::HasSubstr("taken back"));
+  EXPECT_THAT(world.changes(0).text(), testing::HasSubstr("has no link to region"));
+  for (auto& [name, agent] : harness.agents) agent.fake.unlinked = {};
+  harness.Run(seconds(70));
+  ExpectSettled(harness, id, 3);
+  ExpectEachBodyOnce(harness, 2);
+}
+
 TEST(ChangeTest, ANewcomerHasAStandbyBeforeItsMapIsInForce) {
   ClusterHarness harness;
   auto& alpha = harness.AddHost("alpha", 8);

@@ -123,6 +123,8 @@ struct InstanceEntry {
 
   // Written by PlannedChanges.
   std::uint64_t moved_regions = 0;  // for slow hosts and cut links, in this life
+  std::string links_awaited;        // of newcomers, for which the plan under way waits; empty: it does not
+  std::string taken_back;           // why the last change was taken back; empty: none was, or another was made since
 
   // Written by GameEvents and GameMessages.
   std::uint64_t published_events = 0;     // that the game ever published, and restores
