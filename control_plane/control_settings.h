@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/world/limits.h"
+#include "trust/message_size.h"
 
 namespace tessera::control {
 
@@ -138,7 +139,7 @@ inline constexpr std::size_t kMaxReasonBytes = 600;  // one line of a terminal, 
 inline constexpr std::size_t kReasonLogLines = 3;
 
 // Largest message, bytes: a scene of a million scattered-out bodies is about 100 MB as text, 64 MB on the wire.
-inline constexpr int kMaxMessageBytes = 64 << 20;
+inline constexpr int kMaxMessageBytes = trust::kMaxMessageBytes;
 // Shortest time between two pushes of a watched instance whose state is the same, so that reports do not become a
 // flood.
 inline constexpr std::chrono::milliseconds kWatchInterval{100};
