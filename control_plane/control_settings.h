@@ -156,6 +156,11 @@ inline constexpr std::size_t kMaxHeldBack = 20'000;
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 
+// How long a question waits for the cluster until it is answered from the picture that is kept of it while writes are
+// slow; and how long the last write took if they are. A picture costs some 10 ms in a cluster of a thousand worlds:
+// shorter, and it is made for nothing; longer, and whoever looks waits for longer.
+inline constexpr std::chrono::milliseconds kQuestionPatience{100}, kSlowWrite{100};
+
 // A timer that stands still for so long does not come back by itself: what it waits for, a write to the store or a
 // file, takes seconds at the worst.
 inline constexpr std::chrono::milliseconds kTimerPatience{15'000};

@@ -151,6 +151,10 @@ absl::Status ClusterState::AdoptContent(const std::string& key, const StoredCont
   return absl::OkStatus();
 }
 
+std::unique_ptr<const ClusterState> ClusterState::Picture() const {
+  return std::unique_ptr<const ClusterState>(new ClusterState(*this));
+}
+
 // --- Access.
 
 const HostEntry* ClusterState::FindHost(std::string_view id) const {

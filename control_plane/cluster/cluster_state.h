@@ -174,6 +174,9 @@ class ClusterState {
   // are set aside; DATA_LOSS: the counters cannot be read. `drop_set_aside` deletes those that lives before set aside.
   static absl::StatusOr<std::unique_ptr<ClusterState>> Load(Store& store, bool drop_set_aside = false);
 
+  // All that questions are asked of, as it is now. Nothing changes in it, and it writes nothing.
+  std::unique_ptr<const ClusterState> Picture() const;
+
   // --- Access. Null: there is none.
   const std::map<std::uint64_t, HostEntry>& hosts() const { return hosts_; }              // by the number in the id,
   const std::map<std::uint64_t, InstanceEntry>& instances() const { return instances_; }  // so in order of creation
@@ -269,6 +272,7 @@ class ClusterState {
   };
 
   explicit ClusterState(Store& store) : store_(store) {}
+  ClusterState(const ClusterState&) = default;
   absl::Status BeginLife(const std::vector<StoreEntry>& unreadable);
   absl::Status LoadSetAside(const std::vector<StoreEntry>& unreadable, bool drop_old);
   // Every write: notes whether it failed.
