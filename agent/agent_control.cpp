@@ -23,6 +23,7 @@ v1::AgentHello Agent::Hello() const {
   if (identity_) {
     hello.set_host_id(identity_->host_id());
     hello.set_host_secret(identity_->host_secret());
+    hello.set_newest_life(identity_->newest_life());
   } else {
     hello.set_join_token(options_.join_token);
   }

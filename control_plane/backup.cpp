@@ -85,6 +85,7 @@ void Raise(records::Counters& counters) {
   counters.set_last_instance(counters.last_instance() + kRestoreJump);
   counters.set_lives(counters.lives() + kRestoreJump);
   counters.set_recovering(true);
+  counters.set_restored_life(counters.lives());
 }
 
 void Raise(records::Instance& record) {

@@ -48,6 +48,7 @@ absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Load(Store& store, const Contr
   if (!state.ok()) return state.status();
   std::unique_ptr<Cluster> cluster(new Cluster(*std::move(state), settings, std::move(random), now));
   if (absl::Status status = cluster->LoadParts(now); !status.ok()) return status;
+  cluster->recovery_.NoteHealth(now);
   return cluster;
 }
 

@@ -12,9 +12,6 @@
 namespace tessera::control {
 namespace {
 
-// Revisions: 2^32 changes in each of 2^31 lives.
-constexpr int kLifeShift = 32;
-
 bool SamePlaces(const records::Instance& a, const records::Instance& b) {
   return a.map().version() == b.map().version() &&
          std::equal(a.placements().begin(), a.placements().end(), b.placements().begin(), b.placements().end(),
@@ -213,6 +210,7 @@ absl::Status ClusterState::EndRecovery() {
   records::Counters next = counters_.record;
   next.set_recovering(false);
   next.set_recovers_unreadable(false);
+  next.set_restored_again(false);
   const auto written = WriteOne(PutOp(kCountersKey, next.SerializeAsString(), counters_.revision));
   if (!written.ok()) return NotWritten(written.status());
   counters_.record = next;

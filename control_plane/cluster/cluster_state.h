@@ -66,6 +66,9 @@ struct WorkerEntry {
   bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
 };
 
+// Revisions: 2^32 changes in each of 2^31 lives.
+inline constexpr int kLifeShift = 32;
+
 // Two neighbours of a world that have no link, and since when.
 struct CutLink {
   std::uint32_t one = 0, other = 0;  // the lower region first
@@ -229,6 +232,12 @@ class ClusterState {
   // The records are as new as what runs, but for those that were set aside.
   bool recovers_unreadable() const { return counters_.record.recovers_unreadable(); }
   absl::Status EndRecovery();
+  // A host shows an order of this revision. On a store that was made of a backup it may be of a life that the store
+  // does not know: then this life, and the numbers of hosts and instances, go on from above. Where that cannot be
+  // stored it is tried with the next that is shown.
+  void NoteRevision(std::uint64_t shown);
+  // Hosts have shown such a life, and what runs has not been taken up since.
+  bool restored_again() const { return counters_.record.restored_again(); }
 
   // --- What parts store under keys of their own. UNAVAILABLE: as above.
   absl::StatusOr<Revision> WriteStored(std::span<const StoreOp> ops);

@@ -15,7 +15,10 @@ void Cluster::HandleTimer(Now now, const std::function<Now()>& between) {
   state_->ProbeStore(now);
   InstanceNumbers evicted;
   RemoveRevoked(evicted);  // where the store took the list, and then not this
-  if (recovery_.active()) return StepRecovery(now);
+  if (recovery_.active()) {
+    recovery_.NoteHealth(now);
+    return StepRecovery(now);
+  }
   reconciler_.Reconcile(now, evicted);
   for (HostEntry& host : state_->EachHost()) {
     if (!hosts_.Lost(host, now)) continue;

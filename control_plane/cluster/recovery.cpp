@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/backup.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
@@ -49,7 +50,49 @@ Recovery::Recovery(ClusterState& state, Now now) : state_(state), begun_(now.ste
              Severity::kWarning);
 }
 
+void Recovery::NoteReport(const v1::WorkerReport& report, Now now) {
+  NoteAlive(report.identity());
+  auto& regions = stepped_[report.identity().instance_id()];
+  const auto [known, is_new] = regions.try_emplace(report.identity().region(), Stepped{report.tick(), std::nullopt});
+  Stepped& region = known->second;
+  if ((!is_new && report.tick() > region.tick) || report.world_paused()) region.at = now.steady;
+  region.tick = report.tick();
+}
+
+// By the map of the newest order, where its hosts have answered.
+bool Recovery::KnownToStep(const records::Instance& record, Now now) const {
+  const auto stepped = stepped_.find(record.id());
+  if (stepped == stepped_.end()) return false;
+  const v1::PartitionMap* map = &record.map();
+  for (const auto& [number, orders] : held_) {
+    for (const v1::WorkerOrder& order : orders) {
+      if (order.instance_id() == record.id() && order.map().version() > map->version()) map = &order.map();
+    }
+  }
+  return std::all_of(map->regions().begin(), map->regions().end(), [&](const v1::MapRegion& region) {
+    const auto known = stepped->second.find(region.id());
+    return known != stepped->second.end() && known->second.at && now.steady - *known->second.at <= kStillAfter;
+  });
+}
+
+void Recovery::NoteHealth(Now now) {
+  if (!active()) return;
+  for (InstanceEntry& instance : state_.EachInstance()) {
+    if (instance.record.state() != v1::INSTANCE_STATE_RUNNING) continue;
+    std::string degraded;
+    if (!KnownToStep(instance.record, now)) {
+      degraded = absl::StrCat("not known to step yet: ", held_.size(), " of ", state_.hosts().size(),
+                              " hosts have said what they run");
+    }
+    if (degraded == instance.degraded) continue;
+    if (instance.degraded.empty()) instance.degraded_since = now.unix_time;
+    instance.degraded = std::move(degraded);
+    state_.MarkChanged(instance);
+  }
+}
+
 void Recovery::TakeOrders(const HostEntry& host, const v1::HeldOrders& held) {
+  for (const v1::WorkerOrder& order : held.orders()) state_.NoteRevision(order.revision());
   held_[host.number] = {held.orders().begin(), held.orders().end()};
   state_.Log(absl::StrCat("orders taken up host=", host.record.name(), " workers=", held.orders_size()));
 }
@@ -100,6 +143,7 @@ bool Recovery::Step(Now now) {
   }
   state_.Log(absl::StrCat("what runs is taken up hosts=", held_.size(), " of ", state_.hosts().size()));
   held_.clear();
+  stepped_.clear();
   for (HostEntry& host : state_.EachHost()) state_.MarkDesired(host);
   return true;
 }
@@ -127,6 +171,7 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
     next.clear_movement();
     if (instance.record.has_movement()) *next.mutable_movement() = instance.record.movement();
   }
+  if (state_.restored_again()) Raise(next);
   AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
   return state_.StoreWithPlayers(instance, next, AdoptPlayers(instance.players, orders));
 }

@@ -1,8 +1,9 @@
-// ClusterState's part in records that cannot be read.
+// ClusterState's part in stores that are not what they were: records that cannot be read, and backups.
 #include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/backup.h"
 #include "control_plane/cluster/cluster_state.h"
 #include "control_plane/one_line.h"
 
@@ -50,6 +51,33 @@ absl::Status ClusterState::SetAside(const StoreEntry& entry) {
 
 bool ClusterState::IsSetAside(const std::string& key) const {
   return std::find(set_aside_.begin(), set_aside_.end(), key) != set_aside_.end();
+}
+
+// Workers take no order of a revision below the one that they have.
+void ClusterState::NoteRevision(std::uint64_t shown) {
+  if (shown <= last_revision_ || counters_.record.restored_life() == 0) return;
+  const std::uint64_t life = shown >> kLifeShift;
+  if (life > counters_.record.restored_life() + kMostRestores * kRestoreJump) return;
+  records::Counters next = counters_.record;
+  next.set_lives(life + 1);
+  next.set_last_host(next.last_host() + kRestoreJump);
+  next.set_last_instance(next.last_instance() + kRestoreJump);
+  next.set_restored_again(next.recovering());
+  const auto written = WriteOne(PutOp(kCountersKey, next.SerializeAsString(), counters_.revision));
+  if (!written.ok()) return;
+  counters_.record = next;
+  counters_.revision = *written;
+  last_revision_ = next.lives() << kLifeShift;
+  Log(absl::StrCat("life raised to ", next.lives(), ": a host holds orders of life ", life,
+                   ", which the store that was made of a backup does not know"),
+      Severity::kWarning);
+  for (InstanceEntry& instance : EachInstance()) {
+    for (WorkerEntry& worker : instance.workers) {
+      worker.order.set_revision(0);  // made anew
+      worker.ended_in = 0;
+    }
+    MarkOrders(instance);
+  }
 }
 
 }  // namespace tessera::control
