@@ -184,8 +184,8 @@ void Agent::OnDesired(const v1::DesiredSet& set) {
   spdlog::info("desired set from=control revision={} workers={}", set.revision(), set.workers_size());
   for (const OrderOutcome& outcome : outcomes) {
     spdlog::log(outcome.changed ? spdlog::level::info : spdlog::level::debug,
-                "order from=control worker={} revision={} outcome={}", LogValue(outcome.key.ToString()),
-                outcome.revision, LogValue(outcome.what));
+                "order from=control worker={} revision={} outcome={} op={}", LogValue(outcome.key.ToString()),
+                outcome.revision, LogValue(outcome.what), LogValue(outcome.operation));
   }
 }
 

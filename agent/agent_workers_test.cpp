@@ -126,13 +126,16 @@ TEST_F(AgentWorkersTest, AnOperatorMayDoWithoutTheSandbox) {
 
 TEST_F(AgentWorkersTest, StopOrderEndsAWorkerInOrder) {
   const auto agent = StartAdmitted({"--stop-workers"});
-  control_.SetDesired({Order(1)});
+  v1::WorkerOrder first = Order(1);
+  first.set_operation("12-7");
+  control_.SetDesired({first});
   ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
   v1::WorkerOrder stop = Order(1, 2);
   stop.set_stop(true);
   control_.SetDesired({stop});
   ASSERT_TRUE(WaitForExits(1));
   EXPECT_EQ(control_.record().exits[0].reason(), "exited with code 0");
+  EXPECT_THAT(agent->Output(), HasSubstr("op=12-7"));
 }
 
 TEST_F(AgentWorkersTest, WorkerThatExitsAtItsStartIsReportedWithItsLastLines) {

@@ -179,8 +179,8 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
   if (!added.ok()) return added.status();
   InstanceEntry& instance = **added;
   Adopt(now, instance);
-  state_->Log(absl::StrCat("instance made id=", instance.record.id(), " scene=", plan.scene_name,
-                           plan.game_name.empty() ? "" : absl::StrCat(" game=", plan.game_name),
+  state_->Log(absl::StrCat("instance made id=", instance.record.id(), " op=", instance.record.operation(), " scene=",
+                           plan.scene_name, plan.game_name.empty() ? "" : absl::StrCat(" game=", plan.game_name),
                            " regions=", instance.workers.size(), " state=", NameOf(instance.record.state())));
   state_->MarkOrders(instance);
   state_->MarkChanged(instance);

@@ -6,6 +6,7 @@
 #include "control_plane/control_settings.h"
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
+#include "control_plane/operation.h"
 #include "core/world/partition_io.h"
 #include "core/world/scene_visuals.h"
 
@@ -280,6 +281,7 @@ absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance recor
   const std::uint64_t number = counters.last_instance() + 1;
   counters.set_last_instance(number);
   record.set_id(absl::StrCat(kInstanceId, number));
+  record.set_operation(absl::StrCat(counters.lives(), "-", ++operations_));
   std::vector<StoreOp> ops{PutOp(kCountersKey, counters.SerializeAsString(), counters_.revision),
                            PutOp(InstanceKey(number), record.SerializeAsString(), kAbsent)};
   const std::vector<StoreOp> missing = PutMissing(record, contents);
@@ -300,7 +302,10 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
 
 absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const records::Instance& next,
                                             const Players& players, const Contents& contents) {
-  std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), next.SerializeAsString(), instance.revision)};
+  NamedRecord named =
+      NameOperation(instance.record, next, absl::StrCat(counters_.record.lives(), "-", operations_ + 1));
+  if (named.begins) ++operations_;
+  std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), named.record.SerializeAsString(), instance.revision)};
   const std::vector<std::uint32_t> buckets = players.BucketsUnlike(instance.players);
   for (const std::uint32_t index : buckets) {
     ops.push_back(BucketOp(instance.number, index, players.bucket(index), instance.player_revisions[index]));
@@ -333,7 +338,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   if (!buckets.empty()) instance.players = players;
   const bool placed_anew = !SamePlaces(instance.record, next);
   const bool new_seed = instance.record.signing_seed() != next.signing_seed();
-  instance.record = next;
+  instance.record = std::move(named.record);
+  for (std::string& line : named.lines) Log(std::move(line));
   instance.told.reset();
   instance.revision = *written;
   if (new_seed) FollowSeed(instance);
@@ -454,7 +460,9 @@ HostEntry* HostAt(ClusterState& state, const InstanceEntry& instance, std::size_
 
 void LogTrouble(ClusterState& state, InstanceEntry& instance, const char* what, const absl::Status& status) {
   if (std::exchange(instance.trouble, std::string(status.message())) == status.message()) return;
-  state.Log(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()), Severity::kWarning);
+  state.Log(
+      absl::StrCat(what, " id=", instance.record.id(), " op=", instance.record.operation(), ": ", status.message()),
+      Severity::kWarning);
 }
 
 FoundWorker FindWorker(ClusterState& state, const HostEntry& host, const v1::WorkerIdentity& identity) {

@@ -307,6 +307,7 @@ class ClusterState {
   InstanceNumbers lack_players_;
   StreamId last_stream_ = 0;
   std::uint64_t last_revision_ = 0;
+  std::uint64_t operations_ = 0;  // of this life
   std::string store_trouble_, checkpoint_trouble_;
   std::uint64_t failed_writes_ = 0;
   Steady probe_at_{0};  // 0: when the next timer says

@@ -116,7 +116,8 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
   if (state != previous) {
     instance.state_since = now.steady;
     state_.Log(absl::StrCat("instance ", NameOf(previous), " -> ", NameOf(state), " id=", instance.record.id(),
-                            instance.record.reason().empty() ? "" : ": ", instance.record.reason()),
+                            " op=", instance.record.operation(), instance.record.reason().empty() ? "" : ": ",
+                            instance.record.reason()),
                state == v1::INSTANCE_STATE_FAILED ? Severity::kError : Severity::kInfo);
   }
   if (!WantsWorkers(state)) instance.degraded.clear();

@@ -189,6 +189,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   *view.mutable_create_time() = record.create_time();
   if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
   view.set_revision(static_cast<std::uint64_t>(instance.revision));
+  view.set_operation(record.operation());
   view.set_wanted_regions(record.wanted_regions() == 0 ? view.regions() : record.wanted_regions());
   view.set_failovers(record.failovers());
   view.set_lost_bodies(record.lost_bodies());
