@@ -247,9 +247,9 @@ void Agent::Do(const ReportExit& action) {
 
 void Agent::Save() {
   if (!supervisor_.TakeDirty() && !finishing_) return;
-  if (absl::Status status = state_->SaveWorkers(supervisor_.State(boot_id_)); !status.ok()) {
-    spdlog::error("cannot save: {}", std::string(status.message()));
-  }
+  const absl::Status saved = state_->SaveWorkers(supervisor_.State(boot_id_));
+  metrics_.SetStateFailing(!saved.ok());
+  if (!saved.ok()) spdlog::error("cannot save: {}", std::string(saved.message()));
 }
 
 }  // namespace tessera::agent
