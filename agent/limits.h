@@ -50,6 +50,8 @@ inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
 
 // From a call for a file that failed, though the stream stands, to the next: the control plane is under load.
 inline constexpr Duration kFetchRetry = std::chrono::milliseconds(500);
+// How often the log says that a file is still being fetched.
+inline constexpr Duration kProgressInterval = std::chrono::minutes(1);
 // One call for a scene, and the largest message (a scene with its meshes, a set of orders with their maps).
 inline constexpr Duration kFetchTimeout = std::chrono::seconds(30);
 inline constexpr int kMaxMessageBytes = 256 << 20;

@@ -156,6 +156,10 @@ inline constexpr std::size_t kMaxHeldBack = 20'000;
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 
+// How often the log says how far something is that takes long: a restore, a failover, a change, a start. More often,
+// and a world that waits for room fills the log.
+inline constexpr std::chrono::milliseconds kProgressInterval{60'000};
+
 // How long a question waits for the cluster until it is answered from the picture that is kept of it while writes are
 // slow; and how long the last write took if they are. A picture costs some 10 ms in a cluster of a thousand worlds:
 // shorter, and it is made for nothing; longer, and whoever looks waits for longer.

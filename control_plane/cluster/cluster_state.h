@@ -118,6 +118,7 @@ struct InstanceEntry {
   std::chrono::nanoseconds degraded_since{0};  // by the wall clock, as all times of people
   std::string waits;                           // a word for what is under way; empty: nothing is
   std::chrono::nanoseconds waits_since{0};
+  Steady progress_at{0};                                 // when the log last said how far that is, or it began
   std::size_t uncovered_regions = 0, still_regions = 0;  // as HealthWatch has them
   std::vector<CutLink> cut_links;                        // likewise
   Steady start_deadline{0};

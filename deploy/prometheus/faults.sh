@@ -11,6 +11,7 @@ in_sources() { grep -rqF --include='*.cpp' --include='*.h' --exclude='*_test.cpp
 sources=("$@")
 result=0 rows=0
 missing() { echo "$1: $2 \"$3\" is not in $4"; result=1; }
+# shellcheck disable=SC2016  # they are marks, and no command
 text_of() { sed -n 's/^[^`]*`\(.*\)`[^`]*$/\1/p' <<<"$1"; }
 while IFS='|' read -r _ fault event log metric alert _; do
   rows=$((rows + 1))
