@@ -24,7 +24,7 @@ absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& he
   host.kept_revocations = hello.revocations_number();
   admission->admitted.set_revocations_key(revocations_.public_key());
   admission->admitted.set_report_revocations(revocations_.Lacks(hello.revocations_number()));
-  if (hello.newest_life() <= kMostLives) state_->NoteRevision(hello.newest_life() << kLifeShift | 1);
+  if (hello.newest_life() <= kMostLives) state_->NoteRevision((hello.newest_life() << kLifeShift) | 1);
   for (const v1::WorkerReport& report : hello.workers()) state_->NoteRevision(report.order_revision());
   if (recovery_.active()) {
     hosts_.Heard(host, now);

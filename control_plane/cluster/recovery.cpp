@@ -158,7 +158,10 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
     }
     return found;
   };
-  records::Instance next = AdoptOrders(instance.record, orders, host_at);
+  // Whoever was begun from this backup before has given numbers on from the same ones.
+  records::Instance old = instance.record;
+  if (state_.restored_again()) Raise(old);
+  records::Instance next = AdoptOrders(old, orders, host_at);
   // A game that came after the backup cannot be given to a new worker.
   std::string lacks;
   for (const std::string& key : ContentKeys(next)) {
@@ -171,7 +174,6 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
     next.clear_movement();
     if (instance.record.has_movement()) *next.mutable_movement() = instance.record.movement();
   }
-  if (state_.restored_again()) Raise(next);
   AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
   return state_.StoreWithPlayers(instance, next, AdoptPlayers(instance.players, orders));
 }
