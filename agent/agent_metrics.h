@@ -16,7 +16,7 @@ class AgentMetrics {
 
   const std::shared_ptr<prometheus::Registry>& registry() const { return registry_; }
   void SetWorkers(std::size_t count) { workers_.Set(static_cast<double>(count)); }
-  // Whether its state folder takes what is to be kept.
+  // True: its state folder does not take what is to be kept.
   void SetStateFailing(bool failing) { state_failing_.Set(failing ? 1 : 0); }
   void SetConnected(bool connected) { connected_.Set(connected ? 1 : 0); }
   void Started() { starts_.Increment(); }

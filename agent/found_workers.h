@@ -1,9 +1,9 @@
 // FoundWorkers: this host's workers as their processes show them, for an agent whose workers.json does not say.
 //
 // A worker is started with its identity, its ports and its agent's socket as arguments, which anybody on the machine
-// may read in /proc. They are shown by the process itself, so a worker that was taken over can claim to be another one:
-// of two that claim one identity the one that began first counts, and no order is given to a process but over its own
-// connection (Supervisor::Attached).
+// may read in /proc. The process itself shows them, so a worker that was taken over can claim to be another one. Where
+// two claim one identity, the one that began first counts; and a process gets orders only over its own connection
+// (Supervisor::Attached).
 //
 //   for (const WorkerRecord& record : FindWorkers(state.SocketPath())) ...
 //

@@ -37,8 +37,8 @@ struct RegionFacts {
   std::uint64_t map_version = 0, planned_version = 0, refused_version = 0;
   std::uint64_t bodies_outside = 0;
   std::vector<std::uint32_t> cut_from;  // regions with which it cannot keep up a link, ascending
-  // Of a newcomer whose map is announced: its neighbours by that map without a link to it, ascending. A neighbour with
-  // a cut link of its own is not waited for: the change may be the way around it.
+  // Neighbours, by the announced map, without a link to this newcomer, ascending; none of others. A neighbour with a
+  // cut link of its own is not waited for: the change may be the way around it.
   std::vector<std::uint32_t> unlinked;
   double step_s = 0;    // how long a step takes
   RegionSpread spread;  // where its awake bodies lie; empty: not known

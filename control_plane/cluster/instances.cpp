@@ -153,7 +153,7 @@ void Instances::NoteWait(InstanceEntry& instance, Now now) const {
   instance.progress_at = now.steady;
 }
 
-// Of what takes long: what describe says of it.
+// Says the same as describe does of it.
 void Instances::LogProgress(InstanceEntry& instance, Now now) const {
   if (instance.waits.empty() || now.steady - instance.progress_at < kProgressInterval) return;
   instance.progress_at = now.steady;
