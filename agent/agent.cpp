@@ -14,6 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "agent/found_workers.h"
 #include "host/files.h"
 #include "host/landlock.h"
 #include "host/last_lines.h"
@@ -174,12 +175,33 @@ trust::Credentials Agent::ControlCredentials() const {
 }
 
 absl::Status Agent::Restore() {
-  auto file = state_->LoadWorkers();
-  if (!file.ok()) return file.status();
-  for (const v1::WorkerExited& exited : file->exits()) supervisor_.AdoptExit(exited);
-  for (const WorkerRecord& record : file->workers()) RestoreWorker(record, file->boot_id() == boot_id_);
+  auto loaded = state_->LoadWorkers();
+  if (!loaded.ok()) {
+    spdlog::error("workers are looked for by their processes reason={} kept_as={}",
+                  LogValue(std::string(loaded.status().message())), LogValue(state_->SetWorkersAside()));
+  }
+  const WorkersFile file = loaded.ok() ? *std::move(loaded) : WorkersFile();
+  for (const v1::WorkerExited& exited : file.exits()) supervisor_.AdoptExit(exited);
+  for (const WorkerRecord& record : file.workers()) RestoreWorker(record, file.boot_id() == boot_id_);
+  RestoreUnnamed(file);
   Settle();
   return absl::OkStatus();
+}
+
+// Workers that live and are not in the file, which may be damaged, gone, or of a moment before they began. Those that
+// are not wanted any more end in order, by the control plane's word.
+void Agent::RestoreUnnamed(const WorkersFile& file) {
+  std::set<WorkerKey> ended;
+  for (const v1::WorkerExited& exited : file.exits()) ended.insert(KeyOf(exited.identity()));
+  for (const WorkerRecord& record : FindWorkers(state_->SocketPath())) {
+    const WorkerKey key = KeyOf(record.identity());
+    if (processes_.contains(key) || ended.contains(key)) continue;
+    auto process = host::Process::Adopt(static_cast<pid_t>(record.identity().pid()), record.start_time());
+    if (!process.ok()) continue;  // it has just ended
+    spdlog::warn("worker found by its process worker={} pid={}", LogValue(key.ToString()), process->pid());
+    found_.insert(key);
+    AdoptProcess(record, *std::move(process));
+  }
 }
 
 void Agent::RestoreWorker(const WorkerRecord& record, bool same_boot) {
@@ -192,13 +214,18 @@ void Agent::RestoreWorker(const WorkerRecord& record, bool same_boot) {
     supervisor_.AdoptGone(record, reason, host::LastLines(record.log_path(), kLastLines));
     return;
   }
+  AdoptProcess(record, *std::move(process));
+}
+
+void Agent::AdoptProcess(const WorkerRecord& record, host::Process process) {
+  const WorkerKey key = KeyOf(record.identity());
   // A worker that an earlier version started has none yet.
   if (absl::Status status = host::MakePrivateFolder(StateFolderOf(state_->StatesPath(), key)); !status.ok()) {
     spdlog::error("worker adopted without a folder for its states reason={}", LogValue(std::string(status.message())));
   }
-  spdlog::info("worker adopted worker={} pid={}", LogValue(key.ToString()), process->pid());
+  spdlog::info("worker adopted worker={} pid={}", LogValue(key.ToString()), process.pid());
   supervisor_.Adopt(record);
-  Watch(key, *std::move(process), record.log_path());
+  Watch(key, std::move(process), record.log_path());
 }
 
 void Agent::WatchSignals() {
@@ -229,11 +256,25 @@ int Agent::Run() {
                LogValue(options_.control), LogValue(state_->SocketPath()), metrics_server_->address(),
                supervisor_.size());
   if (identity_) notify_.Ready();  // admitted in an earlier life: the workers are cared for from here on
-  session_->Start();
+  if (found_.empty()) {
+    StartSession();
+  } else {
+    loop_->RunAt(Clock::now() + kFoundPatience, [this] { StartSession(); });
+  }
   LookAfterCertificate();
   Settle();
   loop_->Run();
   return exit_code_;
+}
+
+void Agent::StartSession() {
+  if (std::exchange(session_started_, true) || finishing_) return;
+  for (const WorkerKey& key : found_) spdlog::warn("worker found but not attached worker={}", LogValue(key.ToString()));
+  session_->Start();
+}
+
+void Agent::NoteFoundAttached(const WorkerKey& key) {
+  if (found_.erase(key) > 0 && found_.empty()) StartSession();
 }
 
 // --- The end

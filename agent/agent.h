@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "absl/status/status.h"
@@ -61,6 +62,10 @@ class Agent {
   trust::Credentials ControlCredentials() const;
   absl::Status Restore();
   void RestoreWorker(const WorkerRecord& record, bool same_boot);
+  void RestoreUnnamed(const WorkersFile& file);
+  void AdoptProcess(const WorkerRecord& record, host::Process process);
+  void StartSession();  // once
+  void NoteFoundAttached(const WorkerKey& key);
   void WatchSignals();
 
   bool CertificateIsDue() const;
@@ -124,6 +129,7 @@ class Agent {
   ContentCache contents_;
   StateFiles states_;
   std::map<WorkerKey, RunningProcess> processes_;
+  std::set<WorkerKey> found_;  // adopted by their processes alone, and not attached yet
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;
   std::map<WorkerKey, v1::InventoryReport> inventories_;  // answers in failovers not known to be resolved
@@ -134,7 +140,7 @@ class Agent {
   std::unique_ptr<ModuleWatch> module_watch_;  // null: it has no folder of them
   std::optional<EventLoop::TimerId> deadline_;
   int signals_ = -1;
-  bool ending_workers_ = false, finishing_ = false, ready_written_ = false;
+  bool ending_workers_ = false, finishing_ = false, ready_written_ = false, session_started_ = false;
   int exit_code_ = 0;
 };
 

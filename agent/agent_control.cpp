@@ -23,6 +23,7 @@ v1::AgentHello Agent::Hello() const {
   if (identity_) {
     hello.set_host_id(identity_->host_id());
     hello.set_host_secret(identity_->host_secret());
+    hello.set_newest_life(identity_->newest_life());
   } else {
     hello.set_join_token(options_.join_token);
   }
@@ -183,8 +184,8 @@ void Agent::OnDesired(const v1::DesiredSet& set) {
   spdlog::info("desired set from=control revision={} workers={}", set.revision(), set.workers_size());
   for (const OrderOutcome& outcome : outcomes) {
     spdlog::log(outcome.changed ? spdlog::level::info : spdlog::level::debug,
-                "order from=control worker={} revision={} outcome={}", LogValue(outcome.key.ToString()),
-                outcome.revision, LogValue(outcome.what));
+                "order from=control worker={} revision={} outcome={} op={}", LogValue(outcome.key.ToString()),
+                outcome.revision, LogValue(outcome.what), LogValue(outcome.operation));
   }
 }
 

@@ -23,6 +23,8 @@ AgentMetrics::AgentMetrics()
     : registry_(std::make_shared<prometheus::Registry>(prometheus::Registry::InsertBehavior::Merge)),
       workers_(Gauge(*registry_, "tessera_agent_workers", "Workers that run")),
       connected_(Gauge(*registry_, "tessera_agent_control_connected", "1 while connected to the control plane")),
+      state_failing_(Gauge(*registry_, "tessera_agent_state_failing",
+                           "1 if the last write to the agent's state folder failed, else 0")),
       certificate_left_(Gauge(*registry_, "tessera_agent_certificate_left_seconds",
                               "Life that is left of this host's certificate; 0: it has none")),
       certificate_life_(

@@ -16,6 +16,8 @@ class AgentMetrics {
 
   const std::shared_ptr<prometheus::Registry>& registry() const { return registry_; }
   void SetWorkers(std::size_t count) { workers_.Set(static_cast<double>(count)); }
+  // True: its state folder does not take what is to be kept.
+  void SetStateFailing(bool failing) { state_failing_.Set(failing ? 1 : 0); }
   void SetConnected(bool connected) { connected_.Set(connected ? 1 : 0); }
   void Started() { starts_.Increment(); }
   void Exited(ExitResult result);
@@ -28,7 +30,7 @@ class AgentMetrics {
 
  private:
   std::shared_ptr<prometheus::Registry> registry_;
-  prometheus::Gauge &workers_, &connected_, &certificate_left_, &certificate_life_;
+  prometheus::Gauge &workers_, &connected_, &state_failing_, &certificate_left_, &certificate_life_;
   prometheus::Counter &starts_, &heartbeats_, &clean_, &error_, &signal_;
 };
 

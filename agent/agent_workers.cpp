@@ -69,6 +69,7 @@ void Agent::OnWorkerReport(ConnectionId connection, pid_t peer, const v1::Worker
   connections_[*key] = connection;
   attached_[connection] = *key;
   spdlog::info("worker attached worker={} pid={}", LogValue(key->ToString()), report.identity().pid());
+  NoteFoundAttached(*key);
   Settle();
 }
 
@@ -101,6 +102,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
     connections_.erase(connection);
   }
   inventories_.erase(key);
+  NoteFoundAttached(key);  // or never will be
   states_.Forget(key, state_->StatesPath());
   supervisor_.Ended(key, status, std::move(lines));
   Settle();
@@ -213,9 +215,9 @@ void Agent::Do(const SignalWorker& action) {
 void Agent::Do(const SendOrder& action) {
   const auto found = connections_.find(action.key);
   if (found == connections_.end()) return;
-  spdlog::info("order sent worker={} revision={} run={} stop={} peers={} players={}", LogValue(action.key.ToString()),
-               action.order.revision(), action.order.run(), action.order.stop(), action.order.peers_size(),
-               action.order.players_size());
+  spdlog::info("order sent worker={} revision={} run={} stop={} peers={} players={} op={}",
+               LogValue(action.key.ToString()), action.order.revision(), action.order.run(), action.order.stop(),
+               action.order.peers_size(), action.order.players_size(), LogValue(action.order.operation()));
   if (!action.order.has_failover() || action.order.has_resolution()) inventories_.erase(action.key);
   socket_->Send(found->second, action.order);
 }
@@ -245,9 +247,9 @@ void Agent::Do(const ReportExit& action) {
 
 void Agent::Save() {
   if (!supervisor_.TakeDirty() && !finishing_) return;
-  if (absl::Status status = state_->SaveWorkers(supervisor_.State(boot_id_)); !status.ok()) {
-    spdlog::error("cannot save: {}", std::string(status.message()));
-  }
+  const absl::Status saved = state_->SaveWorkers(supervisor_.State(boot_id_));
+  metrics_.SetStateFailing(!saved.ok());
+  if (!saved.ok()) spdlog::error("cannot save: {}", std::string(saved.message()));
 }
 
 }  // namespace tessera::agent

@@ -126,13 +126,16 @@ TEST_F(AgentWorkersTest, AnOperatorMayDoWithoutTheSandbox) {
 
 TEST_F(AgentWorkersTest, StopOrderEndsAWorkerInOrder) {
   const auto agent = StartAdmitted({"--stop-workers"});
-  control_.SetDesired({Order(1)});
+  v1::WorkerOrder first = Order(1);
+  first.set_operation("12-7");
+  control_.SetDesired({first});
   ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
   v1::WorkerOrder stop = Order(1, 2);
   stop.set_stop(true);
   control_.SetDesired({stop});
   ASSERT_TRUE(WaitForExits(1));
   EXPECT_EQ(control_.record().exits[0].reason(), "exited with code 0");
+  EXPECT_THAT(agent->Output(), HasSubstr("op=12-7"));
 }
 
 TEST_F(AgentWorkersTest, WorkerThatExitsAtItsStartIsReportedWithItsLastLines) {
@@ -307,6 +310,32 @@ TEST_F(AgentWorkersTest, KilledAgentsWorkersAreAdoptedToo) {
   for (const std::uint32_t region : {1U, 2U, 3U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
   second->Signal(SIGTERM);  // --stop-workers ends adopted ones as well
   EXPECT_EQ(second->Wait(), Exited(0));
+  EXPECT_TRUE(WaitForWorkersToEnd());
+}
+
+TEST_F(AgentWorkersTest, WorkersAreFoundByTheirProcessesWhereTheFileIsGoneOrCut) {
+  auto agent = StartAdmitted({"--stop-workers"});
+  RunFour();
+  const std::vector<pid_t> pids = HoldWorkers();
+  const std::string path = state_dir_ + "/workers.json", whole = host::ReadFile(path, kMaxStateFileBytes).value();
+  for (const std::string& left : {std::string(), whole.substr(0, whole.size() / 2), std::string("no JSON")}) {
+    agent->Signal(SIGKILL);
+    agent->Wait();
+    ASSERT_TRUE(std::filesystem::remove(path));
+    if (!left.empty()) ASSERT_TRUE(host::WriteFile(path, left, host::Durability::kSurvivesProcess).ok());
+    control_.Change([](ControlRecord& r) { r.reports.clear(); });
+    agent = StartAgent({"--stop-workers"});
+    for (const std::uint32_t region : {1U, 2U, 3U, 4U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
+    EXPECT_THAT(HoldWorkers(), ::testing::UnorderedElementsAreArray(pids)) << "none was started anew";
+    EXPECT_THAT(control_.record().exits, SizeIs(0));
+    EXPECT_THAT(agent->Output(), HasSubstr("worker found by its process worker=inst-1/1#101"));
+    EXPECT_EQ(std::filesystem::exists(path + ".unreadable"), !left.empty());
+  }
+  control_.SetDesired({Order(1), Order(2)});
+  ASSERT_TRUE(WaitForExits(2));  // those that are not wanted any more end in order
+  for (const v1::WorkerExited& exited : control_.record().exits) EXPECT_GT(exited.identity().region(), 2u);
+  agent->Signal(SIGTERM);
+  EXPECT_EQ(agent->Wait(), Exited(0));
   EXPECT_TRUE(WaitForWorkersToEnd());
 }
 

@@ -17,6 +17,10 @@ inline constexpr Duration kAttachTimeout = std::chrono::seconds(10);
 // below what `tessera up` and systemd wait for this program (15 s and 90 s).
 inline constexpr Duration kStopPatience = std::chrono::seconds(5);
 inline constexpr Duration kTermPatience = std::chrono::seconds(3);
+// How long an agent that found workers by their processes waits for them to attach, before it dials the control plane:
+// until then it knows nothing but that they run, and the control plane would take that for worlds that stand. Workers
+// dial again within a second; longer, and the host is LOST.
+inline constexpr Duration kFoundPatience = std::chrono::seconds(2);
 // Exit code of a worker that could not bind one of its ports, and how many other ports it is then tried with.
 inline constexpr int kExitPortInUse = 98;
 inline constexpr int kPortAttempts = 16;
@@ -46,6 +50,8 @@ inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
 
 // From a call for a file that failed, though the stream stands, to the next: the control plane is under load.
 inline constexpr Duration kFetchRetry = std::chrono::milliseconds(500);
+// How often the log says that a file is still being fetched.
+inline constexpr Duration kProgressInterval = std::chrono::minutes(1);
 // One call for a scene, and the largest message (a scene with its meshes, a set of orders with their maps).
 inline constexpr Duration kFetchTimeout = std::chrono::seconds(30);
 inline constexpr int kMaxMessageBytes = 256 << 20;

@@ -98,6 +98,13 @@ absl::Status StateDir::SaveWorkers(const WorkersFile& workers) const {
   return host::WriteFile(path_ + "/workers.json", *json + "\n", host::Durability::kSurvivesProcess);
 }
 
+std::string StateDir::SetWorkersAside() const {
+  const std::string kept = path_ + "/workers.json.unreadable";
+  std::error_code ignored;  // where it cannot be renamed, the next save replaces it
+  fs::rename(path_ + "/workers.json", kept, ignored);
+  return kept;
+}
+
 absl::StatusOr<KeptRevocationsFile> StateDir::LoadRevocations() const {
   absl::StatusOr<KeptRevocationsFile> revocations = Load<KeptRevocationsFile>(RevocationsPath());
   if (absl::IsNotFound(revocations.status())) return KeptRevocationsFile();

@@ -41,6 +41,8 @@ class StateDir {
   absl::Status SaveIdentity(const HostIdentity& identity) const;
   absl::StatusOr<WorkersFile> LoadWorkers() const;
   absl::Status SaveWorkers(const WorkersFile& workers) const;
+  // A file that cannot be read is out of the way, and its content kept: returns where.
+  std::string SetWorkersAside() const;
 
   // An empty one where there is no file.
   absl::StatusOr<KeptRevocationsFile> LoadRevocations() const;

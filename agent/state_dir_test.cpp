@@ -76,6 +76,15 @@ TEST_F(StateDirTest, DamagedFilesAreErrorsThatNameTheFile) {
   EXPECT_THAT(std::string(dir->LoadWorkers().status().message()), HasSubstr("workers.json"));
 }
 
+TEST_F(StateDirTest, AWorkersFileThatCannotBeReadIsOutOfTheWayAndKept) {
+  const auto dir = StateDir::Open(folder_).value();
+  std::ofstream(folder_ + "/workers.json") << "{\"boot_id\": \"b";
+  EXPECT_FALSE(dir->LoadWorkers().ok());
+  EXPECT_EQ(dir->SetWorkersAside(), folder_ + "/workers.json.unreadable");
+  EXPECT_TRUE(fs::exists(folder_ + "/workers.json.unreadable"));
+  EXPECT_EQ(dir->LoadWorkers()->workers_size(), 0);
+}
+
 TEST_F(StateDirTest, LogsBeforeThatOfARunningWorkerStay) {
   const auto dir = StateDir::Open(folder_).value();
   const std::string current = folder_ + "/logs/running.log";

@@ -47,8 +47,20 @@ void StateFiles::Connected(std::shared_ptr<ControlLink> link, const HostIdentity
 }
 
 void StateFiles::Want(const FetchState& wanted) {
-  missing_.insert_or_assign(wanted.key, Missing{wanted});
+  missing_.insert_or_assign(wanted.key, Missing{.wanted = wanted});
+  if (!std::exchange(logs_progress_, true)) loop_->RunAt(Clock::now() + kProgressInterval, [this] { LogProgress(); });
   Fetch(wanted.key);
+}
+
+void StateFiles::LogProgress() {
+  logs_progress_ = !missing_.empty();
+  if (!logs_progress_) return;
+  for (const auto& [key, missing] : missing_) {
+    const auto waited = std::chrono::duration_cast<std::chrono::seconds>(Clock::now() - missing.since);
+    spdlog::info("state still being fetched worker={} tick={} seconds={} last_failure={}", LogValue(key.ToString()),
+                 missing.wanted.tick, waited.count(), LogValue(missing.failure));
+  }
+  loop_->RunAt(Clock::now() + kProgressInterval, [this] { LogProgress(); });
 }
 
 void StateFiles::Fetch(const WorkerKey& key) {
@@ -73,6 +85,7 @@ void StateFiles::Fetched(const WorkerKey& key, const absl::Status& status) {
   if (found == missing_.end()) return;
   if (!status.ok() && Helps(status)) {
     found->second.under_way = false;
+    found->second.failure = std::string(status.message());
     loop_->RunAt(Clock::now() + kFetchRetry, [this, key] { Fetch(key); });
     return;
   }

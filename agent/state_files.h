@@ -37,6 +37,7 @@ class StateFiles {
  private:
   void Fetch(const WorkerKey& key);
   void Fetched(const WorkerKey& key, const absl::Status& status);
+  void LogProgress();  // once in kProgressInterval, while anything is missing
 
   std::shared_ptr<EventLoop> loop_;
   Callbacks callbacks_;
@@ -45,8 +46,11 @@ class StateFiles {
   struct Missing {
     FetchState wanted;
     bool under_way = false;
+    TimePoint since = Clock::now();
+    std::string failure{};  // of the last call
   };
   std::map<WorkerKey, Missing> missing_;
+  bool logs_progress_ = false;  // a timer will
 };
 
 }  // namespace tessera::agent

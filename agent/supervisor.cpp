@@ -122,7 +122,7 @@ std::vector<OrderOutcome> Supervisor::Desired(const v1::DesiredSet& set, TimePoi
 
 OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& order, TimePoint now) {
   const auto outcome = [&](std::string what, bool changed = true) {
-    return OrderOutcome{key, order.revision(), std::move(what), changed};
+    return OrderOutcome{key, order.revision(), std::move(what), changed, order.operation()};
   };
   if (exits_.contains(key)) return outcome("has ended already", false);
   if (stopping_all_) return outcome("ignored: this agent is stopping", !workers_.contains(key));

@@ -96,7 +96,8 @@ struct OrderOutcome {
   WorkerKey key;
   std::uint64_t revision = 0;
   std::string what;
-  bool changed = true;  // false: nothing new in it
+  bool changed = true;      // false: nothing new in it
+  std::string operation{};  // to which the order belongs, as the control plane names it
 };
 
 class Supervisor {

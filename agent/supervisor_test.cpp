@@ -15,6 +15,16 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
+TEST_F(SupervisorTest, AnOrderKeepsTheOperationThatItBelongsTo) {
+  v1::WorkerOrder order = Order(1);
+  order.set_operation("12-7");
+  const std::vector<OrderOutcome> outcomes = Want({order});
+  ASSERT_EQ(outcomes.size(), 1u);
+  EXPECT_EQ(outcomes[0].operation, "12-7");
+  ASSERT_EQ(supervisor_.HeldOrders().orders_size(), 1);
+  EXPECT_EQ(supervisor_.HeldOrders().orders(0).operation(), "12-7");
+}
+
 TEST_F(SupervisorTest, StartsAllMissingWorkersAtOnceEachWithPortsOfItsOwn) {
   Want({Order(1), Order(2), Order(3), Order(4)});
   EXPECT_THAT(spawned_, ElementsAre(7800, 7803, 7806, 7809));

@@ -93,9 +93,10 @@ std::string Health(const v1::Instance& instance) {
   }
   if (!out.empty()) out += "\n";
   if (instance.events().empty()) return out;
-  std::vector<TableRow> rows{{"AGE", "EVENT"}};
+  std::vector<TableRow> rows{{"AGE", "OPERATION", "EVENT"}};
   for (const v1::InstanceEvent& event : instance.events()) {
-    rows.push_back({FormatAge(AgeSeconds(event.time())), event.text()});
+    rows.push_back(
+        {FormatAge(AgeSeconds(event.time())), event.operation().empty() ? "-" : event.operation(), event.text()});
   }
   return out + "\n" + FormatTable(rows);
 }

@@ -85,6 +85,7 @@ void Raise(records::Counters& counters) {
   counters.set_last_instance(counters.last_instance() + kRestoreJump);
   counters.set_lives(counters.lives() + kRestoreJump);
   counters.set_recovering(true);
+  counters.set_restored_life(counters.lives());
 }
 
 void Raise(records::Instance& record) {
@@ -112,6 +113,9 @@ absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store)
   if (const auto written = trial.Txn(*puts); !written.ok()) return absl::DataLossError(written.status().message());
   auto records = ReadRecords(trial);
   if (!records.ok()) return records.status();
+  if (!records->unreadable.empty()) {
+    return absl::DataLossError(absl::StrCat("store: ", records->unreadable.front().key, ": cannot be read"));
+  }
   for (StoreOp& put : *puts) {
     if (put.key == kCountersKey) {
       Raise(records->counters.record);

@@ -10,7 +10,8 @@
 //
 // A backup may be old. So that nothing is given twice that was given after it was made, a store that is made of one
 // counts on from far above (kRestoreJump), and is marked as recovering: its control plane takes up what runs from the
-// hosts before it orders anything (cluster/recovery.h).
+// hosts before it orders anything (cluster/recovery.h). Where that shows that a store was made of this backup, or of an
+// older one, before, all numbers are raised once more.
 //
 // Thread rule: free functions on values.
 #pragma once
@@ -29,6 +30,9 @@ namespace tessera::control {
 // By so much lives, incarnations, maps, players and ids are higher after a restore than the backup has them: more than
 // anybody makes between two backups, and few enough that 32 bits take hundreds of restores.
 inline constexpr std::uint64_t kRestoreJump = 1'000'000;
+// Restores in the life of a cluster: a host that shows the orders of a later life than so many could have had is not
+// believed, or one that was taken over would use up the lives.
+inline constexpr std::uint64_t kMostRestores = 100;
 // A file beyond it is not read: the store of a large cluster has some hundred megabytes.
 inline constexpr std::size_t kMaxBackupBytes = std::size_t{4} << 30;
 

@@ -357,6 +357,8 @@ std::optional<records::Instance> StepPlan(const records::Instance& record, std::
     const bool stands = IsPaused(record);  // a step of a paused world, which nobody makes before all know of it
     if (!stands && newest + FloodTicks(facts) >= planned.effective_tick()) return PutOff(record);
     if (!all([version](const RegionFacts& region) { return region.planned_version >= version; })) return std::nullopt;
+    // One that its neighbours refuse would hold up all of them, and nothing takes a committed map back.
+    if (!all([](const RegionFacts& region) { return region.unlinked.empty(); })) return std::nullopt;
     next.mutable_planned()->set_committed(true);
     if (stands) next.mutable_clock()->set_resumed_version(record.map().version());
     return next;
@@ -367,6 +369,15 @@ std::optional<records::Instance> StepPlan(const records::Instance& record, std::
       all([version](const RegionFacts& region) { return region.newcomer || region.refused_version >= version; });
   if (refused) return PutOff(record);
   return std::nullopt;
+}
+
+records::Instance TakenBack(const records::Instance& record) {
+  records::Instance next = record;
+  next.clear_planned();
+  auto& placements = *next.mutable_placements();
+  const auto joins = [](const records::Placement& placement) { return placement.joins(); };
+  placements.erase(std::remove_if(placements.begin(), placements.end(), joins), placements.end());
+  return next;
 }
 
 bool AtRest(const records::Instance& record) {

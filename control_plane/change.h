@@ -2,7 +2,8 @@
 // thing: a planned map. Pure: a record and facts in, the next record out.
 //
 //   PlanChange: the greatest difference from what is wanted -> a planned map, and places for newcomers, which start
-//   StepPlan:   newcomers are bound -> a tick for it, sent to all -> all know it -> committed -> in force
+//   StepPlan:   newcomers are bound -> a tick for it, sent to all -> all know it, and newcomers are linked -> committed
+//               -> in force
 //               -> nobody holds bodies in another's cells -> the settled map, by the same steps -> done
 //
 // There is one plan at a time, and none during a failover. In a paused world there is none but a step by so many ticks,
@@ -36,12 +37,19 @@ struct RegionFacts {
   std::uint64_t map_version = 0, planned_version = 0, refused_version = 0;
   std::uint64_t bodies_outside = 0;
   std::vector<std::uint32_t> cut_from;  // regions with which it cannot keep up a link, ascending
-  double step_s = 0;                    // how long a step takes
-  RegionSpread spread;                  // where its awake bodies lie; empty: not known
+  // Neighbours, by the announced map, without a link to this newcomer, ascending; none of others. A neighbour with a
+  // cut link of its own is not waited for: the change may be the way around it.
+  std::vector<std::uint32_t> unlinked;
+  double step_s = 0;    // how long a step takes
+  RegionSpread spread;  // where its awake bodies lie; empty: not known
 };
 
 // One step of the change under way; nothing while it has to wait, or if there is none.
 std::optional<records::Instance> StepPlan(const records::Instance& record, std::span<const RegionFacts> facts);
+
+// The record without the change under way, which is not committed: its newcomers end, and all others go on as they
+// were.
+records::Instance TakenBack(const records::Instance& record);
 
 // True if nothing is under way: no failover, no plan, nobody with bodies in another's cells.
 bool AtRest(const records::Instance& record);

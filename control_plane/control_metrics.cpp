@@ -69,6 +69,9 @@ void AddHealth(const std::vector<InstanceHealth>& all, std::vector<prometheus::M
   const HealthMetric metrics[] = {
       {Gauge, "tessera_control_degraded", "1 while the instance is not what RUNNING promises, else 0",
        [](const InstanceHealth& health) { return health.degraded ? 1.0 : 0.0; }, always},
+      {Gauge, "tessera_control_change_taken_back",
+       "1 while the instance's last change of who runs what is taken back, since new workers got no links, else 0",
+       [](const InstanceHealth& health) { return health.taken_back ? 1.0 : 0.0; }, always},
       {Gauge, "tessera_control_unprotected_regions", "regions whose death now would cost time or bodies",
        [](const InstanceHealth& health) { return static_cast<double>(health.unprotected); }, always},
       {Gauge, "tessera_control_uncovered_regions",
@@ -206,6 +209,11 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
                                      prometheus::MetricType::Gauge,
                                      {}};
   too_large.metric.emplace_back().gauge.value = summary.over_checkpoint_quota;
+  prometheus::MetricFamily set_aside{"tessera_control_records_set_aside",
+                                     "records of the store that cannot be read, and without which the cluster goes on",
+                                     prometheus::MetricType::Gauge,
+                                     {}};
+  set_aside.metric.emplace_back().gauge.value = static_cast<double>(summary.records_set_aside);
   prometheus::MetricFamily visuals{"tessera_control_visual_bytes",
                                    "bytes that files of meshes take in the store",
                                    prometheus::MetricType::Gauge,
@@ -229,8 +237,8 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = is_behind ? 1 : 0;
   }
-  std::vector<prometheus::MetricFamily> families{hosts,   instances, writes,  failures, failing,
-                                                 stopped, too_large, visuals, clocks,   behind};
+  std::vector<prometheus::MetricFamily> families{hosts,     instances, writes,  failures, failing, stopped,
+                                                 too_large, set_aside, visuals, clocks,   behind};
   AddHealth(summary.health, families);
   return families;
 }

@@ -75,7 +75,10 @@ void ControlPlane::Publish() {
   pending_.restore.insert(effects.restore.begin(), effects.restore.end());
   pending_.visuals.insert(effects.visuals.begin(), effects.visuals.end());
   if (!pending_.empty()) files_wake_.notify_all();
-  failovers_.insert(failovers_.end(), effects.failovers.begin(), effects.failovers.end());
+  if (!effects.failovers.empty()) {
+    const std::lock_guard kept(kept_mutex_);
+    failovers_.insert(failovers_.end(), effects.failovers.begin(), effects.failovers.end());
+  }
   for (auto& [id, renewal] : effects.leases) {
     if (const auto found = streams_.find(id); found != streams_.end()) {
       found->second->leases.Put(std::move(renewal));
@@ -99,17 +102,38 @@ void ControlPlane::Publish() {
 }
 
 std::vector<std::chrono::nanoseconds> ControlPlane::TakeFailovers() {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard kept(kept_mutex_);
   return std::exchange(failovers_, {});
 }
 
 void ControlPlane::RunTimer() {
-  Lock lock(mutex_);
+  UrgentLock lock(urgent_);
+  // Each instance may need a write: whoever waits has a turn after one.
+  const auto between = [&] {
+    if (mutex_.waiting() > 0) {
+      Publish();
+      lock.unlock();
+      lock.lock();
+    }
+    return ReadClocks();
+  };
   while (!stop_.wait_for(lock, kTimerInterval, [this] { return stopping_; })) {
-    cluster_->HandleTimer(ReadClocks());
+    cluster_->HandleTimer(ReadClocks(), between);
     Publish();
     NoteTimer();
   }
+}
+
+void ControlPlane::NoteWrite(std::chrono::nanoseconds last_took) {
+  std::shared_ptr<const ClusterState> made;
+  if (last_took >= kSlowWrite) made = cluster_->state().Picture();
+  const std::lock_guard kept(kept_mutex_);
+  picture_.swap(made);
+}
+
+std::shared_ptr<const ClusterState> ControlPlane::picture() const {
+  const std::lock_guard kept(kept_mutex_);
+  return picture_;
 }
 
 void ControlPlane::RunFiles() {
@@ -129,7 +153,7 @@ void ControlPlane::RunFiles() {
 
 void ControlPlane::NoteTimer() {
   last_timer_ = ReadClocks().steady.count();
-  const std::lock_guard lock(trouble_mutex_);
+  const std::lock_guard kept(kept_mutex_);
   store_trouble_ = cluster_->state().store_trouble();
 }
 
@@ -137,7 +161,7 @@ bool ControlPlane::Alive() const { return ReadClocks().steady - Steady(last_time
 
 std::string ControlPlane::Trouble() const {
   if (!Alive()) return "the timer stands still: nothing that is due happens";
-  const std::lock_guard lock(trouble_mutex_);
+  const std::lock_guard kept(kept_mutex_);
   return store_trouble_.empty() ? "" : "the store cannot be written: " + store_trouble_;
 }
 
@@ -163,7 +187,7 @@ absl::Status ControlPlane::CheckRecovered() {
   const bool recovering = Call([](Cluster& cluster, Now) { return cluster.state().recovering(); });
   if (!recovering) return absl::OkStatus();
   return absl::UnavailableError(
-      "the cluster was restored from a backup and takes up what runs; try again in a few seconds");
+      "the cluster was restored from a backup, or lacks records, and takes up what runs; try again in a few seconds");
 }
 
 // --- Instances.
@@ -407,7 +431,7 @@ void ControlPlane::Detach(AgentStream& stream) {
 }
 
 std::optional<v1::ControlMessage> ControlPlane::NextMessage(AgentStream& stream) {
-  Lock lock(mutex_);
+  UrgentLock lock(urgent_);
   v1::ControlMessage message;
   while (true) {
     stream.wake.wait(lock, [&stream] { return stream.desired || stream.closed || !stream.leases.empty(); });
@@ -434,7 +458,10 @@ std::optional<v1::ControlMessage> ControlPlane::NextMessage(AgentStream& stream)
 absl::Status ControlPlane::HandleAgentMessage(AgentStream& stream, const v1::AgentMessage& message) {
   // A lease that outlived our leadership would let a worker step beside the one that the next leader promotes.
   if (message.has_lease() && !rights_.renews_leases()) return absl::OkStatus();
-  return Call([&](Cluster& cluster, Now now) { return cluster.HandleAgentMessage(now, stream.id, message); });
+  const UrgentLock lock(urgent_);
+  absl::Status status = cluster_->HandleAgentMessage(ReadClocks(), stream.id, message);
+  Publish();
+  return status;
 }
 
 }  // namespace tessera::control

@@ -1,5 +1,8 @@
 // ControlPlane: the Cluster under one lock, with what waits on it: attached agents, watched instances, joining players.
 //
+// The store is written under the lock (docs/decisions/0094). So that a slow one harms little, agents' messages, orders
+// to them and the timer have the next turn before all others, and questions are answered from a picture meanwhile.
+//
 // Everything is woken by the change it waits for. Thread rule: any thread. The calls that wait take `given_up`, asked
 // about five times a second, and end early with kCancelled; after `Stop` they all end with kUnavailable.
 //
@@ -19,12 +22,14 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "control_plane/bundle.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/cluster/cluster.h"
 #include "control_plane/draft_file.h"
 #include "control_plane/pending_leases.h"
+#include "control_plane/turn_lock.h"
 
 namespace tessera::control {
 
@@ -42,7 +47,7 @@ class ControlPlane {
     v1::Admitted admitted;
     std::string certificate_serial;  // serial of the certificate that is to be made; empty: none
     std::function<void()> cancel;    // ends the stream's reading
-    std::condition_variable wake;
+    std::condition_variable_any wake;
     bool desired = false;
     PendingLeases leases;
     std::optional<absl::Status> closed;
@@ -61,6 +66,26 @@ class ControlPlane {
     Publish();
     return result;
   }
+  // Answers `question(const ClusterState&)`: of the cluster as it is, or, while a slow write holds it up, as it was
+  // before that one.
+  template <class Question>
+  auto Ask(Question&& question) {
+    if (!mutex_.try_lock_for(kQuestionPatience)) {
+      if (const std::shared_ptr<const ClusterState> kept = picture()) return question(*kept);
+      mutex_.lock();
+    }
+    const std::lock_guard lock(mutex_, std::adopt_lock);
+    return question(cluster_->state());
+  }
+  // `look(const Cluster&)`; nothing while a slow write holds it up.
+  template <class Look>
+  auto Glance(Look&& look) -> std::optional<decltype(look(std::declval<const Cluster&>()))> {
+    if (!mutex_.try_lock_for(kQuestionPatience)) return std::nullopt;
+    const std::lock_guard lock(mutex_, std::adopt_lock);
+    return look(std::as_const(*cluster_));
+  }
+  // Requires the lock: the store is about to be written, and the last write took so long.
+  void NoteWrite(std::chrono::nanoseconds last_took);
 
   // Plans and places; the scene is checked outside the lock.
   // `guests`: whether players may join without a ticket where the request does not say so.
@@ -155,19 +180,21 @@ class ControlPlane {
     Watch& operator=(const Watch&) = delete;
 
     const std::string& id() const { return place_->first; }
-    std::condition_variable wake;
+    std::condition_variable_any wake;
     bool changed = false;
 
    private:
     ControlPlane& plane_;
     std::multimap<std::string, Watch*>::iterator place_;
   };
-  using Lock = std::unique_lock<std::mutex>;
+  using Lock = std::unique_lock<TurnLock>;
+  using UrgentLock = std::unique_lock<UrgentTurn>;
 
   static Now ReadClocks();
   void Publish();
   void RunTimer();
   void NoteTimer();
+  std::shared_ptr<const ClusterState> picture() const;
   // The thread of all that waits for files and that no call waits for: removals, restores, and a look at the room.
   void RunFiles();
   struct PendingWork {
@@ -207,23 +234,25 @@ class ControlPlane {
 
   Store& store_;
   const LeaderRights rights_;
-  std::mutex mutex_;
+  TurnLock mutex_;
+  UrgentTurn urgent_{mutex_};
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;
   PendingWork pending_;
   std::mutex uploads_mutex_;         // held by the one who has an upload in memory
   std::mutex visual_mutex_;          // held by who writes or removes pieces of a file; before mutex_
   std::set<std::string> importing_;  // instances whose files are being kept
-  std::vector<std::chrono::nanoseconds> failovers_;
   std::map<StreamId, std::shared_ptr<AgentStream>> streams_;
   std::multimap<std::string, Watch*> watches_;
   // Trouble and Alive read these without the lock: a lock that is never given back is a fault that they are to find.
   std::atomic<std::int64_t> last_timer_{0};  // Steady, in nanoseconds
-  mutable std::mutex trouble_mutex_;
+  mutable std::mutex kept_mutex_;            // guards what follows, up to the empty line; after mutex_
   std::string store_trouble_;
+  std::shared_ptr<const ClusterState> picture_;  // while writes are slow: from before the last one
+  std::vector<std::chrono::nanoseconds> failovers_;
 
   bool stopping_ = false;
-  std::condition_variable stop_, files_wake_;
+  std::condition_variable_any stop_, files_wake_;
   std::thread timer_, files_thread_;
 };
 

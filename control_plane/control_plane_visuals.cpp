@@ -43,7 +43,11 @@ absl::Status ControlPlane::PutVisual(const std::string& sha256, const std::strin
 absl::Status ControlPlane::WritePieces(const std::string& sha256, const std::string& bytes) {
   for (std::uint64_t number = 0; number < PiecesOf(bytes.size()); ++number) {
     const auto piece = std::string_view(bytes).substr(number * kVisualStoredBytes, kVisualStoredBytes);
-    const auto written = store_.Put(VisualPieceKey(sha256, number), piece, kAbsent);
+    const std::string key = VisualPieceKey(sha256, number);
+    auto written = store_.Put(key, piece, kAbsent);
+    if (absl::IsAborted(written.status())) {  // it is there still of a file whose record could not be read
+      if (const auto there = store_.Get(key); there.ok()) written = store_.Put(key, piece, there->revision);
+    }
     if (!written.ok()) return absl::UnavailableError(written.status().message());
     Lock lock(mutex_);
     if (stop_.wait_for(lock, kVisualPause, [this] { return stopping_; })) {

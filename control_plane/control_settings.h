@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/world/limits.h"
+#include "trust/message_size.h"
 
 namespace tessera::control {
 
@@ -45,6 +46,8 @@ struct ControlSettings {
   // How long a file of meshes stays that no instance needs: the time from its upload to the instance, and from one
   // instance of a level to the next. Shorter, and a level that is changed and tried again is sent anew each time.
   std::chrono::milliseconds keep_visuals{900'000};
+  // At the start, records that an earlier start has set aside as unreadable are deleted.
+  bool drop_set_aside = false;
   // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
   std::string release;
 };
@@ -73,6 +76,10 @@ inline constexpr std::chrono::milliseconds kStandbyPatience{5000}, kCutKept{60'0
 inline constexpr std::chrono::milliseconds kStillAfter{2000}, kCutAfter{5000};
 // Wait after a change that could not be made, for want of room or because a newcomer died.
 inline constexpr std::chrono::milliseconds kChangeRetry{5000};
+// How long a planned map that all know waits, in all its tries together, for a newcomer's links to its neighbours,
+// until it is taken back; and from then to the next try. A link takes two messages to and fro. Shorter, and a busy
+// machine stops changes; longer, and an operator learns late that no release of the two understands the other.
+inline constexpr std::chrono::milliseconds kNewcomerLinkPatience{10'000}, kUnlinkedRetry{60'000};
 // How long a checkpoint may take from the choice of its tick until all files are on the disk, and the wait before
 // another try. A region of 10000 bodies writes some MB.
 inline constexpr std::chrono::milliseconds kCheckpointTimeout{30'000}, kCheckpointRetry{5'000};
@@ -132,7 +139,7 @@ inline constexpr std::size_t kMaxReasonBytes = 600;  // one line of a terminal, 
 inline constexpr std::size_t kReasonLogLines = 3;
 
 // Largest message, bytes: a scene of a million scattered-out bodies is about 100 MB as text, 64 MB on the wire.
-inline constexpr int kMaxMessageBytes = 64 << 20;
+inline constexpr int kMaxMessageBytes = trust::kMaxMessageBytes;
 // Shortest time between two pushes of a watched instance whose state is the same, so that reports do not become a
 // flood.
 inline constexpr std::chrono::milliseconds kWatchInterval{100};
@@ -148,6 +155,15 @@ inline constexpr std::chrono::milliseconds kRecoverPatience{30'000};
 inline constexpr std::size_t kMaxHeldBack = 20'000;
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
+
+// How often the log says how far something is that takes long: a restore, a failover, a change, a start. More often,
+// and a world that waits for room fills the log.
+inline constexpr std::chrono::milliseconds kProgressInterval{60'000};
+
+// How long a question waits for the cluster until it is answered from the picture that is kept of it while writes are
+// slow; and how long the last write took if they are. A picture costs some 10 ms in a cluster of a thousand worlds:
+// shorter, and it is made for nothing; longer, and whoever looks waits for longer.
+inline constexpr std::chrono::milliseconds kQuestionPatience{100}, kSlowWrite{100};
 
 // A timer that stands still for so long does not come back by itself: what it waits for, a write to the store or a
 // file, takes seconds at the worst.

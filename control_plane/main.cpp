@@ -367,6 +367,8 @@ int main(int argc, char** argv) {
   control::AddStoreOptions(app, flags.store);
   app.add_option("--restore", flags.restore,
                  "file of `tessera cluster backup`: fill the empty store from it, SQLite or etcd, and end");
+  app.add_flag("--drop-set-aside", flags.settings.drop_set_aside,
+               "at the start, delete the records that an earlier start has set aside since they could not be read");
   app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
   control::AddSpan(app, "--lost-after", flags.settings.lost_after, control::kLeastLostAfter,
                    "seconds of silence after which a host counts as lost, at least 1");

@@ -99,10 +99,11 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
   const Now now{std::chrono::steady_clock::now().time_since_epoch(),
                 std::chrono::system_clock::now().time_since_epoch()};
   std::unique_ptr<Reign> reign(new Reign(store, metrics, pages.gate));
-  auto cluster = Cluster::Load(reign->store_, settings.control, SystemRandomBytes, now);
+  auto cluster = Cluster::Load(reign->cluster_store_, settings.control, SystemRandomBytes, now);
   if (!cluster.ok()) return cluster.status();
   reign->plane_ =
       std::make_unique<ControlPlane>(reign->store_, *std::move(cluster), *std::move(files), std::move(rights));
+  reign->noting_ = reign->plane_.get();
   auto https = StartHttps(settings.https, *authority, *reign->plane_, metrics);
   if (!https.ok()) return https.status();
   reign->https_ = *std::move(https);
@@ -114,17 +115,17 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
   reign->local_https_ = *std::move(local_https);
   reign->gate_->Set(reign->plane_.get());
   reign->summary_ = std::make_shared<SummaryMetrics>(
-      [gate = pages.gate, &metrics] {
-        ClusterSummary summary;
+      [gate = pages.gate, &metrics, last = ClusterSummary()]() mutable {
         gate->With([&](ControlPlane& plane) {
           for (const std::chrono::nanoseconds took : plane.TakeFailovers()) metrics.ObserveFailover(took);
-          summary = plane.Call([](Cluster& c, Now) {
-            ClusterSummary made = Summarise(c.state(), c.revocations().number());
-            made.visual_bytes = c.visuals().bytes();
-            return made;
+          auto made = plane.Glance([](const Cluster& c) {
+            ClusterSummary summary = Summarise(c.state(), c.revocations().number());
+            summary.visual_bytes = c.visuals().bytes();
+            return summary;
           });
+          if (made) last = *std::move(made);
         });
-        return summary;
+        return last;
       },
       [gate = pages.gate] {
         Revision revision = 0;
@@ -141,6 +142,7 @@ Reign::~Reign() {
   gate_->Set(nullptr);
   summary_.reset();
   if (plane_) plane_->Stop();
+  noting_ = nullptr;
 }
 
 }  // namespace tessera::control

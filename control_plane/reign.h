@@ -8,6 +8,7 @@
 // Thread rule: begin and end it from one thread.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -67,11 +68,17 @@ class Reign {
   Reign(Store& store, ControlMetrics& metrics, std::shared_ptr<PlaneGate> gate)
       : metrics_(metrics),
         gate_(std::move(gate)),
-        store_(store, [&metrics](std::chrono::nanoseconds took) { metrics.ObserveWrite(took); }) {}
+        store_(store, [&metrics](std::chrono::nanoseconds took) { metrics.ObserveWrite(took); }),
+        cluster_store_(
+            store, [&metrics](std::chrono::nanoseconds took) { metrics.ObserveWrite(took); },
+            [this](std::chrono::nanoseconds last_took) {
+              if (ControlPlane* plane = noting_) plane->NoteWrite(last_took);
+            }) {}
 
   ControlMetrics& metrics_;
   std::shared_ptr<PlaneGate> gate_;
-  TimedStore store_;
+  std::atomic<ControlPlane*> noting_ = nullptr;  // told of writes
+  TimedStore store_, cluster_store_;  // the second is written under the cluster's lock, or before there is one
   std::unique_ptr<ControlPlane> plane_;
   std::unique_ptr<HttpsDoor> https_, local_https_;
   std::unique_ptr<GrpcServer> grpc_;

@@ -18,19 +18,26 @@ absl::Status Damaged(const std::string& key) {
   return absl::DataLossError(absl::StrCat("store: ", key, ": cannot be read"));
 }
 
+bool IsSound(const records::Host&) { return true; }
+bool IsSound(const records::Instance& instance) { return FromProto(instance.map()).ok(); }
+
 template <class Record>
-absl::StatusOr<std::vector<StoredRecord<Record>>> ReadAll(const Store& store, const char* prefix) {
-  const auto entries = store.List(prefix);
+absl::Status ReadAll(const Store& store, const char* prefix, std::vector<StoredRecord<Record>>& all,
+                     std::vector<StoreEntry>& unreadable) {
+  auto entries = store.List(prefix);
   if (!entries.ok()) return entries.status();
-  std::vector<StoredRecord<Record>> all;
   all.reserve(entries->size());
-  for (const StoreEntry& entry : *entries) {
-    StoredRecord<Record>& stored = all.emplace_back();
-    if (!stored.record.ParseFromString(entry.value)) return Damaged(entry.key);
+  for (StoreEntry& entry : *entries) {
+    StoredRecord<Record> stored;
     stored.number = NumberOf(entry.key, prefix);
     stored.revision = entry.revision;
+    if (stored.number != 0 && stored.record.ParseFromString(entry.value) && IsSound(stored.record)) {
+      all.push_back(std::move(stored));
+    } else {
+      unreadable.push_back(std::move(entry));
+    }
   }
-  return all;
+  return absl::OkStatus();
 }
 
 absl::Status ReadCounters(const Store& store, StoredRecord<records::Counters>& counters) {
@@ -43,21 +50,23 @@ absl::Status ReadCounters(const Store& store, StoredRecord<records::Counters>& c
 }
 
 // "players/<instance>/<bucket>"
-absl::Status ReadPlayers(const Store& store, std::map<std::uint64_t, StoredPlayers>& players) {
-  const auto entries = store.List(kPlayersPrefix);
+absl::Status ReadPlayers(const Store& store, std::map<std::uint64_t, StoredPlayers>& players,
+                         std::vector<StoreEntry>& unreadable) {
+  auto entries = store.List(kPlayersPrefix);
   if (!entries.ok()) return entries.status();
-  for (const StoreEntry& entry : *entries) {
+  for (StoreEntry& entry : *entries) {
     const std::string_view key = entry.key;
     const std::size_t slash = key.rfind('/');
-    const std::uint64_t instance = NumberOf(key.substr(0, slash), kPlayersPrefix);
+    const std::uint64_t instance = InstanceOfPlayersKey(key);
     std::uint32_t bucket = 0;
     records::PlayerBucket read;
     if (instance == 0 || !absl::SimpleAtoi(std::string(key.substr(slash + 1)), &bucket) ||
         PlayersKey(instance, bucket) != key || !read.ParseFromString(entry.value) ||
         !players[instance].players.SetBucket(bucket, std::move(read)).ok()) {
-      return Damaged(entry.key);
+      unreadable.push_back(std::move(entry));
+    } else {
+      players[instance].revisions[bucket] = entry.revision;
     }
-    players[instance].revisions[bucket] = entry.revision;
   }
   return absl::OkStatus();
 }
@@ -84,6 +93,10 @@ std::string VisualPieceKey(std::string_view sha256, std::uint64_t number) {
   return absl::StrCat(kVisualKeys, "_piece/", std::string(sha256), "/", number);
 }
 bool IsSceneKey(std::string_view key) { return key.starts_with(kScenePrefix); }
+std::uint64_t InstanceOfKey(std::string_view key) { return NumberOf(key, kInstancePrefix); }
+std::uint64_t InstanceOfPlayersKey(std::string_view key) {
+  return NumberOf(key.substr(0, key.rfind('/')), kPlayersPrefix);
+}
 
 std::vector<std::string> ContentKeys(const records::Instance& record) {
   std::vector<std::string> keys{SceneKey(record.scene_hash())};
@@ -100,16 +113,11 @@ std::vector<std::string> ContentKeys(const records::Instance& record) {
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
   StoredRecords stored;
   if (absl::Status status = ReadCounters(store, stored.counters); !status.ok()) return status;
-  auto hosts = ReadAll<records::Host>(store, kHostPrefix);
-  if (!hosts.ok()) return hosts.status();
-  stored.hosts = *std::move(hosts);
-  auto instances = ReadAll<records::Instance>(store, kInstancePrefix);
-  if (!instances.ok()) return instances.status();
-  stored.instances = *std::move(instances);
-  for (const auto& instance : stored.instances) {
-    if (!FromProto(instance.record.map()).ok()) return Damaged(InstanceKey(instance.number));
+  if (absl::Status status = ReadAll(store, kHostPrefix, stored.hosts, stored.unreadable); !status.ok()) return status;
+  if (absl::Status status = ReadAll(store, kInstancePrefix, stored.instances, stored.unreadable); !status.ok()) {
+    return status;
   }
-  if (absl::Status status = ReadPlayers(store, stored.players); !status.ok()) return status;
+  if (absl::Status status = ReadPlayers(store, stored.players, stored.unreadable); !status.ok()) return status;
   for (const char* prefix : {kScenePrefix, kGamePrefix}) {
     auto contents = store.List(prefix);
     if (!contents.ok()) return contents.status();

@@ -1,6 +1,8 @@
 // The keys of the records in the store, and reading all of them when a control plane starts.
 //
-//   auto stored = ReadRecords(store);   // DATA_LOSS names the key that cannot be read
+//   auto stored = ReadRecords(store);   // one that cannot be read is in `unreadable`; DATA_LOSS: the counters cannot
+//
+// Records that could not be read lie under kSetAside, with the life that found them and their key behind it.
 //
 // Thread rule: free functions on values.
 #pragma once
@@ -21,6 +23,7 @@ namespace tessera::control {
 
 inline constexpr char kHostId[] = "host-", kInstanceId[] = "inst-";
 inline constexpr char kCountersKey[] = "counters", kRevocationsKey[] = "revocations";
+inline constexpr char kSetAside[] = "unreadable/";
 
 // "host-12" with the prefix "host-" is 12; 0 if it is not of that form.
 std::uint64_t NumberOf(std::string_view id, std::string_view prefix);
@@ -31,6 +34,9 @@ std::string PlayersKey(std::uint64_t instance, std::uint32_t bucket);
 std::string SceneKey(std::string_view hash);
 std::string GameKey(std::string_view hash);
 bool IsSceneKey(std::string_view key);
+// Records of an instance: its own, and its players'. Each names the instance; 0: the key is of neither kind.
+std::uint64_t InstanceOfKey(std::string_view key);
+std::uint64_t InstanceOfPlayersKey(std::string_view key);
 // Files of meshes and their pieces; all their keys, and no others, begin with kVisualKeys.
 inline constexpr char kVisualKeys[] = "visual", kVisualPrefix[] = "visual/";
 std::string VisualKey(std::string_view sha256);
@@ -68,6 +74,7 @@ struct StoredRecords {
   std::vector<StoredRecord<records::Instance>> instances;  // each with a map that can be read
   std::map<std::string, StoredContent> contents;           // by key
   std::map<std::uint64_t, StoredPlayers> players;          // by the instance's number; none where it has none
+  std::vector<StoreEntry> unreadable;  // of hosts, instances and players; none of the above has them
 };
 
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store);

@@ -27,5 +27,21 @@ TEST(TimedStoreTest, TellsOfEachWriteAndPassesAllOn) {
   EXPECT_GE(took[0].count(), 0);
 }
 
+TEST(TimedStoreTest, BeforeAWriteItIsKnownHowLongTheLastOneTook) {
+  MemoryStore memory;
+  std::vector<std::chrono::nanoseconds> took, before;
+  TimedStore store(
+      memory, [&](std::chrono::nanoseconds write) { took.push_back(write); },
+      [&](std::chrono::nanoseconds last) {
+        EXPECT_EQ(memory.revision(), static_cast<Revision>(before.size()));
+        before.push_back(last);
+      });
+  ASSERT_TRUE(store.Put("a", "1", kAbsent).ok());
+  ASSERT_TRUE(store.Put("b", "1", kAbsent).ok());
+  ASSERT_EQ(before.size(), 2u);
+  EXPECT_EQ(before[0].count(), 0);
+  EXPECT_EQ(before[1], took[0]);
+}
+
 }  // namespace
 }  // namespace tessera::control

@@ -61,6 +61,23 @@ TEST(EndpointTest, LargeReliableMessagesArriveWholeAndInOrder) {
   for (std::size_t i = 0; i < sizes.size(); ++i) EXPECT_EQ(pair.at_server[i].bytes, Pattern(sizes[i], unsigned(i)));
 }
 
+// As two regions' link ports have it, at whose border 50 000 bodies are awake.
+TEST(EndpointTest, AFrameOfMoreThanFourMegabytesArrivesWhole) {
+  constexpr std::size_t kFrame = 5'500'000;
+  static_assert(kFrame > (4 << 20) && kFrame < kMaxFrameBytes);
+  EndpointPair pair({.max_message_bytes = kMaxFrameBytes}, {.max_message_bytes = kMaxFrameBytes});
+  ASSERT_TRUE(pair.ConnectBoth());
+  for (const unsigned tick : {1U, 2U}) {
+    ASSERT_TRUE(pair.client->Send(pair.to_server, Delivery::kReliable, Pattern(kFrame, tick)).ok());
+    ASSERT_TRUE(pair.server->Send(pair.to_client, Delivery::kReliable, Pattern(kFrame, 10 + tick)).ok());
+  }
+  ASSERT_TRUE(pair.Until([&] { return pair.at_server.size() == 2 && pair.at_client.size() == 2; }));
+  for (const unsigned tick : {1U, 2U}) {
+    EXPECT_TRUE(pair.at_server[tick - 1].bytes == Pattern(kFrame, tick));
+    EXPECT_TRUE(pair.at_client[tick - 1].bytes == Pattern(kFrame, 10 + tick));
+  }
+}
+
 TEST(EndpointTest, AFullDatagramStaysADatagram) {
   EndpointPair pair;
   ASSERT_TRUE(pair.ConnectBoth());

@@ -21,8 +21,9 @@ inline constexpr std::size_t kMaxDatagramBytes = kMtuBytes - 32;
 static_assert(kMaxDatagramBytes == 1148, "snapshots fill it");
 // Largest reliable message unless an endpoint says otherwise: a map of 4096 cells has about 200 KB.
 inline constexpr std::size_t kMaxMessageBytes = 256 * 1024;
-// Largest frame between two regions: some 40 000 awake bodies at one border. The memory that a neighbour may make a
-// link port buffer grows with it.
-inline constexpr std::size_t kMaxFrameBytes = 4 * 1024 * 1024;
+// Largest frame between two regions, of both ends of every link: some 160 000 awake bodies at one border. A region that
+// would have to send a larger one ends, so it must be beyond what a border can have while its world still steps. The
+// memory that a neighbour may make a link port buffer grows with it.
+inline constexpr std::size_t kMaxFrameBytes = 16 * 1024 * 1024;
 
 }  // namespace tessera::net

@@ -12,12 +12,10 @@
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 #include "tessera/v1/worker_link.grpc.pb.h"
+#include "trust/message_size.h"
 
 namespace tessera::worker {
 namespace {
-
-// An order names ten thousand players, with their names and properties where this region makes them all.
-constexpr int kMaxOrder_bytes = 64 << 20;
 
 using Stream = grpc::ClientReaderWriter<v1::WorkerMessage, v1::AgentOrder>;
 
@@ -27,7 +25,8 @@ std::unique_ptr<v1::WorkerLinkService::Stub> MakeStub(const std::string& socket_
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // an environment's proxy is not for this
-  arguments.SetMaxReceiveMessageSize(kMaxOrder_bytes);
+  // An order names ten thousand players, with their names and properties where this region makes them all.
+  arguments.SetMaxReceiveMessageSize(trust::kMaxMessageBytes);
   return v1::WorkerLinkService::NewStub(
       grpc::CreateCustomChannel(absl::StrCat("unix:", socket_path), grpc::InsecureChannelCredentials(), arguments));
 }

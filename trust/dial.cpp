@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "absl/strings/ascii.h"
@@ -17,6 +18,7 @@
 #include "trust/control_address.h"
 #include "trust/fetch_authority.h"
 #include "trust/find_leader.h"
+#include "trust/message_size.h"
 
 namespace tessera::trust {
 namespace {
@@ -83,6 +85,15 @@ void SetArguments(grpc::ChannelArguments& arguments) {
   arguments.SetSslTargetNameOverride(kControlName);
 }
 
+// gRPC takes no more than 4 MB from a server unless it is asked to.
+void SetReceiveLimit(grpc::ChannelArguments& arguments) {
+  const grpc_channel_args given = arguments.c_channel_args();
+  for (std::size_t i = 0; i < given.num_args; ++i) {
+    if (std::string_view(given.args[i].key) == GRPC_ARG_MAX_RECEIVE_MESSAGE_LENGTH) return;
+  }
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+}
+
 absl::StatusOr<std::shared_ptr<grpc::Channel>> DialOne(const ControlAddress& address, const Credentials& credentials,
                                                        grpc::ChannelArguments arguments,
                                                        std::chrono::milliseconds patience) {
@@ -143,6 +154,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Dial(const std::string& text, con
                                                     grpc::ChannelArguments arguments) {
   const auto addresses = ParseControlAddresses(text, host::PortRule::kFrom1);
   if (!addresses.ok()) return addresses.status();
+  SetReceiveLimit(arguments);
   if (addresses->size() == 1) return DialOne(addresses->front(), credentials, arguments, kFetchTimeout);
   // A connection of our own: what is known of a member that was away when another channel asked does not count.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);

@@ -12,6 +12,8 @@
 // leads calls fail with UNAVAILABLE, and streams end with their leader. (Where the list mixes IPv4 with IPv6 the
 // channel stays with the one that leads now.)
 //
+// A message has at most kMaxMessageBytes (message_size.h), unless `arguments` say how much is received.
+//
 // Thread rule: any thread. An address with a fingerprint is dialled once here, to have the authority's certificate;
 // that is kept for the life of the process.
 #pragma once

@@ -5,6 +5,7 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <gtest/gtest.h>
 
+#include "host/temporary_folder.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "trust/certificate.h"
 #include "trust/fetch_authority.h"
@@ -52,6 +53,42 @@ class DialTest : public ::testing::Test {
   v1::HostService::Service service_;  // a server has to serve something
   std::unique_ptr<grpc::Server> server_;
 };
+
+// Answers with hosts of so many bytes, twice gRPC's own limit.
+class LongAnswers final : public v1::HostService::Service {
+ public:
+  static constexpr std::size_t kBytes = 8 << 20;
+  grpc::Status ListHosts(grpc::ServerContext* /*context*/, const v1::ListHostsRequest* /*request*/,
+                         v1::ListHostsResponse* response) override {
+    response->add_hosts()->set_name(std::string(kBytes, 'h'));
+    return grpc::Status::OK;
+  }
+};
+
+TEST(DialMessagesTest, AnAnswerBeyondTheDefaultOfGrpcIsTakenUnlessTheCallerTakesLess) {
+  const host::TemporaryFolder folder;
+  const std::string address = "unix:" + folder.path() + "/control.sock";
+  LongAnswers service;
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort(address, grpc::InsecureServerCredentials());
+  builder.RegisterService(&service);
+  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+  ASSERT_NE(server, nullptr);
+  const auto ask = [&](const grpc::ChannelArguments& arguments) {
+    const auto channel = Dial(address, {}, arguments);
+    EXPECT_TRUE(channel.ok()) << channel.status();
+    grpc::ClientContext context;
+    v1::ListHostsResponse response;
+    const grpc::Status status = v1::HostService::NewStub(*channel)->ListHosts(&context, {}, &response);
+    EXPECT_TRUE(!status.ok() || response.hosts(0).name().size() == LongAnswers::kBytes);
+    return status.error_code();
+  };
+  grpc::ChannelArguments few;
+  few.SetMaxReceiveMessageSize(1 << 20);
+  EXPECT_EQ(ask({}), grpc::StatusCode::OK);
+  EXPECT_EQ(ask(few), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  server->Shutdown(std::chrono::system_clock::now());
+}
 
 TEST_F(DialTest, OfSeveralTheOneThatServesIsFound) {
   // A second one of the same authority, which does not serve; and nobody listens at the third address.

@@ -66,7 +66,8 @@ absl::Status AccessTokens::Load() {
   for (const StoreEntry& stored : *entries) {
     Entry entry{.record = {}, .revision = stored.revision};
     if (!entry.record.ParseFromString(stored.value) || stored.key != kTokenPrefix + entry.record.name()) {
-      return absl::DataLossError(absl::StrCat("store: ", stored.key, ": cannot be read"));
+      if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
+      continue;
     }
     names_.emplace(entry.record.secret_hash(), entry.record.name());
     tokens_.emplace(entry.record.name(), std::move(entry));

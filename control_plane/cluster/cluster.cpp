@@ -44,10 +44,11 @@ absl::StatusOr<RegionNeeds> NeedsOfPlan(const ClusterState& state, const Instanc
 
 absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Load(Store& store, const ControlSettings& settings,
                                                        RandomBytes random, Now now) {
-  auto state = ClusterState::Load(store);
+  auto state = ClusterState::Load(store, settings.drop_set_aside);
   if (!state.ok()) return state.status();
   std::unique_ptr<Cluster> cluster(new Cluster(*std::move(state), settings, std::move(random), now));
   if (absl::Status status = cluster->LoadParts(now); !status.ok()) return status;
+  cluster->recovery_.NoteHealth(now);
   return cluster;
 }
 
@@ -129,41 +130,6 @@ void Cluster::Forget(std::uint64_t number) {
   bans_.ForgetInstance(absl::StrCat(kInstanceId, number));
 }
 
-// --- Time.
-
-void Cluster::NoteTime(Now now) {
-  if (const Steady pause = hosts_.OwnPause(now); pause.count() > 0) failovers_.Forgive(pause, now);
-}
-
-void Cluster::HandleTimer(Now now) {
-  NoteTime(now);
-  state_->ProbeStore(now);
-  InstanceNumbers evicted;
-  RemoveRevoked(evicted);  // where the store took the list, and then not this
-  if (recovery_.active()) return StepRecovery(now);
-  reconciler_.Reconcile(now, evicted);
-  for (HostEntry& host : state_->EachHost()) {
-    if (!hosts_.Lost(host, now)) continue;
-    InstanceNumbers touched;
-    reports_.NoticeLost(host, touched);
-    reconciler_.Reconcile(now, touched);
-  }
-  for (InstanceEntry& instance : state_->EachInstance()) {
-    if (!IsFinal(instance.record.state())) {
-      reconciler_.Reconcile(now, instance);
-      checkpoints_.RetryRestore(instance, now);
-      players_.Prune(instance, now);
-      checkpoints_.Step(instance, now);
-      game_messages_.Expire(instance, now);
-      (void)StoreUpgradeEnd(now, instance, upgrades_.EndAbandoned(instance, now));  // tried again at the next
-    }
-    instances_.WithdrawLate(instance, now);
-  }
-  tickets_.Prune(now);
-  visuals_.Sweep(now);
-  for (const std::uint64_t number : instances_.ForgetEnded(now)) Forget(number);
-}
-
 // --- Hosts.
 
 absl::StatusOr<v1::AddHostResponse> Cluster::AddHost(Now now, const v1::AddHostRequest& request) {
@@ -213,8 +179,8 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
   if (!added.ok()) return added.status();
   InstanceEntry& instance = **added;
   Adopt(now, instance);
-  state_->Log(absl::StrCat("instance made id=", instance.record.id(), " scene=", plan.scene_name,
-                           plan.game_name.empty() ? "" : absl::StrCat(" game=", plan.game_name),
+  state_->Log(absl::StrCat("instance made id=", instance.record.id(), " op=", instance.record.operation(), " scene=",
+                           plan.scene_name, plan.game_name.empty() ? "" : absl::StrCat(" game=", plan.game_name),
                            " regions=", instance.workers.size(), " state=", NameOf(instance.record.state())));
   state_->MarkOrders(instance);
   state_->MarkChanged(instance);

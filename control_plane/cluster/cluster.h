@@ -17,6 +17,7 @@
 // from part to part. Thread rule: none of its own; the owner calls it under one lock. `store` outlives it.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -70,8 +71,9 @@ class Cluster {
 
   const ClusterState& state() const { return *state_; }
   Effects TakeEffects() { return std::exchange(state_->effects(), {}); }
-  // Call it about every kTimerInterval.
-  void HandleTimer(Now now);
+  // Call it about every kTimerInterval. `between` is called after each instance, and may let others call this cluster
+  // meanwhile; it gives the time of then. Empty: it is all done at one time.
+  void HandleTimer(Now now, const std::function<Now()>& between = nullptr);
 
   // --- Hosts: see hosts.h.
   absl::StatusOr<v1::AddHostResponse> AddHost(Now now, const v1::AddHostRequest& request);
@@ -207,6 +209,7 @@ class Cluster {
   void Forget(std::uint64_t number);
   absl::Status StoreUpgradeEnd(Now now, InstanceEntry& instance, const std::optional<records::Instance>& next);
   void NoteTime(Now now);
+  void StepInTime(Now now, InstanceEntry& instance);
   void NoteGameDeath(const HostEntry& host, const v1::WorkerExited& exited, InstanceNumbers& touched);
   void NoteHeard(Now now, HostEntry& host);
   void TakeReport(Now now, const HostEntry& host, const v1::WorkerReport& report, InstanceNumbers& touched);

@@ -9,6 +9,11 @@
 #include "control_plane/report_limits.h"
 
 namespace tessera::control {
+namespace {
+
+constexpr std::uint64_t kMostLives = std::uint64_t{1} << 31;  // a revision's upper half
+
+}  // namespace
 
 absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& hello, const std::string& shown_serial) {
   NoteTime(now);
@@ -19,9 +24,11 @@ absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& he
   host.kept_revocations = hello.revocations_number();
   admission->admitted.set_revocations_key(revocations_.public_key());
   admission->admitted.set_report_revocations(revocations_.Lacks(hello.revocations_number()));
+  if (hello.newest_life() <= kMostLives) state_->NoteRevision((hello.newest_life() << kLifeShift) | 1);
+  for (const v1::WorkerReport& report : hello.workers()) state_->NoteRevision(report.order_revision());
   if (recovery_.active()) {
     hosts_.Heard(host, now);
-    for (const v1::WorkerReport& report : hello.workers()) recovery_.NoteAlive(report.identity());
+    for (const v1::WorkerReport& report : hello.workers()) recovery_.NoteReport(report, now);
     admission->admitted.set_report_orders(true);
     return admission;
   }
@@ -98,8 +105,13 @@ void Cluster::TakeWhileRecovering(const HostEntry& host, const v1::AgentMessage&
       return HoldBack(host.stream, message);
     case v1::AgentMessage::kLease:
       return failovers_.RenewLease(host, message.lease(), now);
+    case v1::AgentMessage::kReport:
+      return recovery_.NoteReport(message.report(), now);
+    case v1::AgentMessage::kHeartbeat:
+      for (const v1::WorkerReport& report : message.heartbeat().workers()) recovery_.NoteReport(report, now);
+      return;
     default:
-      return;  // the next heartbeat says it again
+      return;
   }
 }
 

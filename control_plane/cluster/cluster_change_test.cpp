@@ -31,6 +31,34 @@ TEST(ChangeTest, ScalesUpAndDownAgain) {
   ExpectEachBodyOnce(harness, 2);
 }
 
+// The agent's part of it is SupervisorTest.AnOrderKeepsTheOperationThatItBelongsTo, the worker's
+// WorkerCoreTest.AnOrderIsLoggedWithItsOperation.
+TEST(ChangeTest, OneIdIsInTheLogTheEventsAndTheOrdersOfAnOperation) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  const std::string id = Start(harness, 2);
+  const std::string made = harness.Get(id).operation();
+  EXPECT_NE(made, "");
+  harness.cluster().TakeEffects();
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  const Effects effects = harness.cluster().TakeEffects();
+  const std::string operation = harness.Get(id).operation();
+  EXPECT_NE(operation, made);
+  EXPECT_EQ(std::count_if(effects.log.begin(), effects.log.end(),
+                          [&](const LogLine& line) {
+                            return line.text == "event id=" + id + " op=" + operation + ": scaling from 2 to 3";
+                          }),
+            1);
+  harness.Run(seconds(5));
+  ExpectSettled(harness, id, 3);
+  const v1::Instance world = harness.Get(id);
+  EXPECT_EQ(world.operation(), operation) << "the maps that carry it out belong to it";
+  EXPECT_EQ(world.events().rbegin()->operation(), operation) << world.events().rbegin()->text();
+  for (const auto& [key, worker] : harness.agents.at("alpha").fake.workers) {
+    EXPECT_EQ(worker.order.operation(), operation);
+  }
+}
+
 TEST(ChangeTest, ScalingWithoutRoomChangesNothing) {
   ClusterHarness harness;
   harness.AddHost("alpha", 2);
@@ -203,6 +231,28 @@ TEST(ChangeTest, ANewcomerWhoseHostDiesBeforeItStartsIsWaitedForNoLonger) {
   harness.Run(seconds(10));
   ExpectSettled(harness, id, 3);
   EXPECT_EQ(alpha.fake.workers.size(), 3u);
+  ExpectEachBodyOnce(harness, 2);
+}
+
+TEST(ChangeTest, ANewcomerThatItsNeighboursRefuseTakesNothingOver) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 2);
+  for (auto& [name, agent] : harness.agents) agent.fake.unlinked = {3};
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  harness.Run(seconds(40));
+  v1::Instance world = harness.Get(id);
+  EXPECT_EQ(world.state(), v1::INSTANCE_STATE_RUNNING) << world.reason();
+  EXPECT_EQ(world.map().version(), 1u);
+  EXPECT_EQ(harness.Workers(), 2u);
+  ExpectEachBodyOnce(harness, 2);
+  ASSERT_EQ(world.changes_size(), 1);
+  EXPECT_THAT(world.changes(0).text(), testing::HasSubstr("taken back"));
+  EXPECT_THAT(world.changes(0).text(), testing::HasSubstr("has no link to region"));
+  for (auto& [name, agent] : harness.agents) agent.fake.unlinked = {};
+  harness.Run(seconds(70));
+  ExpectSettled(harness, id, 3);
   ExpectEachBodyOnce(harness, 2);
 }
 

@@ -96,6 +96,84 @@ TEST_F(RecoveryTest, AWorldThatWasScaledAndJoinedSinceIsTakenUpAsItRuns) {
   ExpectNoIncarnationTwice(harness_);
 }
 
+TEST_F(RecoveryTest, TheSameBackupMayBeBegunFromTwiceAndNoNumberIsGivenTwice) {
+  const std::string id = Start(harness_, 2);
+  const std::string backup = harness_.Backup();
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(5));
+  ASSERT_TRUE(Scale(harness_, id, 3).ok());
+  harness_.Run(seconds(20));
+  const auto ann = harness_.cluster().Join(harness_.now, JoinRequest(id, "ann"));
+  ASSERT_TRUE(ann.ok()) << ann.status();
+  const std::string unknown = Start(harness_, 1);
+  harness_.Run(seconds(1));
+  const records::Instance before = harness_.cluster().state().FindInstance(id)->record;
+  const std::uint64_t revision = harness_.cluster().state().last_revision();
+
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(5));
+  EXPECT_GT(harness_.cluster().state().last_revision(), revision) << "workers take no earlier orders";
+  const records::Instance& record = harness_.cluster().state().FindInstance(id)->record;
+  EXPECT_EQ(record.map().regions_size(), 3) << "taken up as it runs";
+  EXPECT_GT(record.last_incarnation(), before.last_incarnation());
+  EXPECT_GT(record.last_map_version(), before.last_map_version());
+  EXPECT_NE(Start(harness_, 1), unknown) << "whose workers run still";
+  const auto bob = harness_.cluster().Join(harness_.now, JoinRequest(id, "bob"));
+  ASSERT_TRUE(bob.ok()) << bob.status();
+  EXPECT_GT(bob->response.player(), ann->response.player());
+  ASSERT_TRUE(Scale(harness_, id, 2).ok());
+  harness_.Run(seconds(20));
+  EXPECT_EQ(harness_.Get(id).map().regions_size(), 2) << "its workers do what they are ordered";
+  ExpectEachBodyOnce(harness_, 2);
+  ExpectNoIncarnationTwice(harness_);
+}
+
+TEST_F(RecoveryTest, AHostThatClaimsALifeBeyondAllRestoresIsNotBelieved) {
+  const std::string backup = harness_.Backup();
+  harness_.BeginFrom(backup);
+  const std::uint64_t revision = harness_.cluster().state().last_revision();
+  FakeHost& alpha = harness_.agents.at("alpha");
+  v1::AgentHello hello = ClusterHarness::Hello(16);
+  hello.set_host_id(alpha.host_id);
+  hello.set_host_secret(alpha.secret);
+  hello.set_newest_life(std::uint64_t{1} << 31);
+  ASSERT_TRUE(harness_.cluster().HandleHello(harness_.now, hello).ok());
+  EXPECT_EQ(harness_.cluster().state().last_revision(), revision);
+  hello.set_newest_life((revision >> kLifeShift) + 7);
+  ASSERT_TRUE(harness_.cluster().HandleHello(harness_.now, hello).ok());
+  EXPECT_EQ(harness_.cluster().state().last_revision() >> kLifeShift, (revision >> kLifeShift) + 8);
+}
+
+TEST_F(RecoveryTest, AWorldIsCalledRunningOnceItIsKnownToStep) {
+  const std::string id = Start(harness_, 4);
+  const std::string backup = harness_.Backup();
+  harness_.agents.at("beta").silent = true;
+  harness_.BeginFrom(backup);
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_DEGRADED) << "nobody has been heard yet";
+  harness_.Run(seconds(5));
+  ASSERT_TRUE(harness_.cluster().state().recovering());
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_DEGRADED);
+  EXPECT_EQ(harness_.Get(id).reason(), "not known to step yet: 1 of 2 hosts have said what they run");
+  harness_.agents.at("beta").silent = false;
+  harness_.Run(seconds(1));
+  EXPECT_FALSE(harness_.cluster().state().recovering());
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness_.Get(id).reason();
+}
+
+TEST_F(RecoveryTest, AWorldWhoseRegionsAllStepIsRunningThoughAnotherHostIsAwaited) {
+  const std::string id = Start(harness_, 4);
+  harness_.AddHost("gamma", 1);
+  const std::string backup = harness_.Backup();
+  harness_.agents.at("gamma").silent = true;
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(2));
+  ASSERT_TRUE(harness_.cluster().state().recovering());
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness_.Get(id).reason();
+  for (auto& [name, agent] : harness_.agents) agent.fake.still = {1};
+  harness_.Run(seconds(4));
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_DEGRADED);
+}
+
 TEST_F(RecoveryTest, WhatEndedSinceIsNotBegunAgain) {
   const std::string gone = Start(harness_, 2), stays = Start(harness_, 2);
   const std::string backup = harness_.Backup();

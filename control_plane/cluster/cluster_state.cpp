@@ -6,14 +6,12 @@
 #include "control_plane/control_settings.h"
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
+#include "control_plane/operation.h"
 #include "core/world/partition_io.h"
 #include "core/world/scene_visuals.h"
 
 namespace tessera::control {
 namespace {
-
-// Revisions: 2^32 changes in each of 2^31 lives.
-constexpr int kLifeShift = 32;
 
 bool SamePlaces(const records::Instance& a, const records::Instance& b) {
   return a.map().version() == b.map().version() &&
@@ -44,12 +42,13 @@ absl::Status NotWritten(const absl::Status& status) { return absl::UnavailableEr
 
 // --- Loading.
 
-absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
+absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store, bool drop_set_aside) {
   auto stored = ReadRecords(store);
   if (!stored.ok()) return stored.status();
   std::unique_ptr<ClusterState> state(new ClusterState(store));
   state->counters_ = std::move(stored->counters);
-  if (absl::Status status = state->BeginLife(); !status.ok()) return status;
+  if (absl::Status status = state->BeginLife(stored->unreadable); !status.ok()) return status;
+  if (absl::Status status = state->LoadSetAside(stored->unreadable, drop_set_aside); !status.ok()) return status;
   for (auto& host : stored->hosts) {
     HostEntry& entry = state->hosts_[host.number];
     entry.number = host.number;
@@ -71,9 +70,18 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
   return state;
 }
 
-absl::Status ClusterState::BeginLife() {
+// Agents would end the workers of an instance that is set aside, and expel players of a bucket that is: nothing is
+// ordered before they have said what they run.
+absl::Status ClusterState::BeginLife(const std::vector<StoreEntry>& unreadable) {
   counters_.record.set_lives(counters_.record.lives() + 1);
   last_revision_ = counters_.record.lives() << kLifeShift;
+  const bool lacks = std::any_of(unreadable.begin(), unreadable.end(), [](const StoreEntry& entry) {
+    return InstanceOfKey(entry.key) != 0 || InstanceOfPlayersKey(entry.key) != 0;
+  });
+  if (lacks && !counters_.record.recovering()) {
+    counters_.record.set_recovering(true);
+    counters_.record.set_recovers_unreadable(true);
+  }
   const auto written = WriteCounters();
   if (!written.ok()) return written.status();
   counters_.revision = *written;
@@ -119,10 +127,9 @@ void ClusterState::FollowSeed(InstanceEntry& instance) {
 // A control plane that knew of no properties, or of no files of meshes, kept the scene's, unread; its workers may be
 // replaced by some that know them.
 absl::Status ClusterState::AdoptContent(const std::string& key, const StoredContent& content) {
-  const auto use = contents_.find(key);
-  if (use == contents_.end()) return absl::OkStatus();
-  use->second.revision = content.revision;
-  if (!IsSceneKey(key)) return absl::OkStatus();
+  ContentUse& use = contents_[key];
+  use.revision = content.revision;
+  if (use.instances == 0 || !IsSceneKey(key)) return absl::OkStatus();
   for (InstanceEntry& instance : EachInstance()) {
     const bool taken = instance.record.properties_taken() && instance.record.world_properties_taken() &&
                        instance.record.visuals_taken();
@@ -140,6 +147,10 @@ absl::Status ClusterState::AdoptContent(const std::string& key, const StoredCont
     if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   }
   return absl::OkStatus();
+}
+
+std::unique_ptr<const ClusterState> ClusterState::Picture() const {
+  return std::unique_ptr<const ClusterState>(new ClusterState(*this));
 }
 
 // --- Access.
@@ -199,6 +210,8 @@ absl::StatusOr<Revision> ClusterState::WriteCounters() {
 absl::Status ClusterState::EndRecovery() {
   records::Counters next = counters_.record;
   next.set_recovering(false);
+  next.set_recovers_unreadable(false);
+  next.set_restored_again(false);
   const auto written = WriteOne(PutOp(kCountersKey, next.SerializeAsString(), counters_.revision));
   if (!written.ok()) return NotWritten(written.status());
   counters_.record = next;
@@ -268,6 +281,7 @@ absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance recor
   const std::uint64_t number = counters.last_instance() + 1;
   counters.set_last_instance(number);
   record.set_id(absl::StrCat(kInstanceId, number));
+  record.set_operation(absl::StrCat(counters.lives(), "-", ++operations_));
   std::vector<StoreOp> ops{PutOp(kCountersKey, counters.SerializeAsString(), counters_.revision),
                            PutOp(InstanceKey(number), record.SerializeAsString(), kAbsent)};
   const std::vector<StoreOp> missing = PutMissing(record, contents);
@@ -288,13 +302,17 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
 
 absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const records::Instance& next,
                                             const Players& players, const Contents& contents) {
-  std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), next.SerializeAsString(), instance.revision)};
+  NamedRecord named =
+      NameOperation(instance.record, next, absl::StrCat(counters_.record.lives(), "-", operations_ + 1));
+  if (named.begins) ++operations_;
+  std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), named.record.SerializeAsString(), instance.revision)};
   const std::vector<std::uint32_t> buckets = players.BucketsUnlike(instance.players);
   for (const std::uint32_t index : buckets) {
     ops.push_back(BucketOp(instance.number, index, players.bucket(index), instance.player_revisions[index]));
   }
   // An instance that had ended uses none; ReuseContents counts what it needs again.
   const bool used = !IsFinal(instance.record.state()), uses = !IsFinal(next.state());
+  const bool keep = !set_aside_.empty();  // one that is set aside may use them
   const std::vector<std::string> before = used ? ContentKeys(instance.record) : std::vector<std::string>();
   const std::vector<std::string> after = used && uses ? ContentKeys(next) : std::vector<std::string>();
   const std::vector<std::string> released = Without(before, after), added = Without(after, before);
@@ -303,7 +321,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   ops.insert(ops.end(), missing.begin(), missing.end());
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
-    if (use != contents_.end() && use->second.instances == 1) ops.push_back(DeleteOp(key, use->second.revision));
+    const bool last = use != contents_.end() && use->second.instances == 1;
+    if (last && !keep) ops.push_back(DeleteOp(key, use->second.revision));
   }
   const auto written = Write(ops);
   if (!written.ok()) return NotWritten(written.status());
@@ -311,7 +330,7 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   for (const std::string& key : added) ++contents_[key].instances;
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
-    if (use != contents_.end() && --use->second.instances == 0) contents_.erase(use);
+    if (use != contents_.end() && --use->second.instances == 0 && !keep) contents_.erase(use);
   }
   for (const std::uint32_t index : buckets) {
     instance.player_revisions[index] = players.bucket(index) == nullptr ? kAbsent : *written;
@@ -319,7 +338,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   if (!buckets.empty()) instance.players = players;
   const bool placed_anew = !SamePlaces(instance.record, next);
   const bool new_seed = instance.record.signing_seed() != next.signing_seed();
-  instance.record = next;
+  instance.record = std::move(named.record);
+  for (std::string& line : named.lines) Log(std::move(line));
   instance.told.reset();
   instance.revision = *written;
   if (new_seed) FollowSeed(instance);
@@ -440,7 +460,9 @@ HostEntry* HostAt(ClusterState& state, const InstanceEntry& instance, std::size_
 
 void LogTrouble(ClusterState& state, InstanceEntry& instance, const char* what, const absl::Status& status) {
   if (std::exchange(instance.trouble, std::string(status.message())) == status.message()) return;
-  state.Log(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()), Severity::kWarning);
+  state.Log(
+      absl::StrCat(what, " id=", instance.record.id(), " op=", instance.record.operation(), ": ", status.message()),
+      Severity::kWarning);
 }
 
 FoundWorker FindWorker(ClusterState& state, const HostEntry& host, const v1::WorkerIdentity& identity) {

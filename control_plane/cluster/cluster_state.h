@@ -69,6 +69,9 @@ struct WorkerEntry {
   bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
 };
 
+// Revisions: 2^32 changes in each of 2^31 lives.
+inline constexpr int kLifeShift = 32;
+
 // Two neighbours of a world that have no link, and since when.
 struct CutLink {
   std::uint32_t one = 0, other = 0;  // the lower region first
@@ -118,6 +121,7 @@ struct InstanceEntry {
   std::chrono::nanoseconds degraded_since{0};  // by the wall clock, as all times of people
   std::string waits;                           // a word for what is under way; empty: nothing is
   std::chrono::nanoseconds waits_since{0};
+  Steady progress_at{0};                                 // when the log last said how far that is, or it began
   std::size_t uncovered_regions = 0, still_regions = 0;  // as HealthWatch has them
   std::vector<CutLink> cut_links;                        // likewise
   Steady start_deadline{0};
@@ -126,6 +130,8 @@ struct InstanceEntry {
 
   // Written by PlannedChanges.
   std::uint64_t moved_regions = 0;  // for slow hosts and cut links, in this life
+  std::string links_awaited;        // of newcomers, for which the plan under way waits; empty: it does not
+  std::string taken_back;           // why the last change was taken back; empty: none was, or another was made since
 
   // Written by GameEvents and GameMessages.
   std::uint64_t published_events = 0;     // that the game ever published, and restores
@@ -171,8 +177,12 @@ class ValuesOf {
 
 class ClusterState {
  public:
-  // Reads all records and begins a new life on the store. DATA_LOSS names the key that cannot be read.
-  static absl::StatusOr<std::unique_ptr<ClusterState>> Load(Store& store);
+  // Reads all records and begins a new life on the store. Hosts, instances and buckets of players that cannot be read
+  // are set aside; DATA_LOSS: the counters cannot be read. `drop_set_aside` deletes those that lives before set aside.
+  static absl::StatusOr<std::unique_ptr<ClusterState>> Load(Store& store, bool drop_set_aside = false);
+
+  // All that questions are asked of, as it is now. Nothing changes in it, and it writes nothing.
+  std::unique_ptr<const ClusterState> Picture() const;
 
   // --- Access. Null: there is none.
   const std::map<std::uint64_t, HostEntry>& hosts() const { return hosts_; }              // by the number in the id,
@@ -187,8 +197,14 @@ class ClusterState {
   InstanceEntry& instance(std::uint64_t number) { return instances_.at(number); }
   const InstanceEntry* FindByRequestId(const std::string& request_id) const;
   // True if an instance that has not ended uses the scene or game, which then lies in the store under this key.
-  bool ContentInUse(const std::string& key) const { return contents_.contains(key); }
-  bool WasHost(std::uint64_t number) const { return number > 0 && number <= counters_.record.last_host(); }
+  bool ContentInUse(const std::string& key) const {
+    const auto found = contents_.find(key);
+    return found != contents_.end() && found->second.instances > 0;
+  }
+  // True if there was a host of this number, and it was removed.
+  bool WasHost(std::uint64_t number) const {
+    return number > 0 && number <= counters_.record.last_host() && !IsSetAside(HostKey(number));
+  }
 
   // --- Writing. UNAVAILABLE: nothing was written, and nothing has changed.
   absl::StatusOr<HostEntry*> AddHost(records::Host record);  // gives it its id
@@ -204,9 +220,28 @@ class ClusterState {
   // An instance that had ended needs its scene and game again. `contents` has all that it uses.
   absl::Status ReuseContents(const records::Instance& record, const Contents& contents);
 
-  // --- A store that was made of a backup: see recovery.h. False once what runs was taken up.
+  // --- Records that cannot be read.
+  // Moves one out of the way, so that the cluster goes on without it: it stays in the store, under kSetAside.
+  absl::Status SetAside(const StoreEntry& entry);
+  // The keys of all that this life or one before it has set aside, as they were before. While there is one, no file is
+  // removed that it may name.
+  const std::vector<std::string>& set_aside() const { return set_aside_; }
+  bool IsSetAside(const std::string& key) const;
+  // True if this life has lost players of the instance so.
+  bool LacksPlayers(std::uint64_t number) const { return lack_players_.contains(number); }
+
+  // --- A store that was made of a backup, or whose records could not all be read: see recovery.h. False once what runs
+  // was taken up.
   bool recovering() const { return counters_.record.recovering(); }
+  // The records are as new as what runs, but for those that were set aside.
+  bool recovers_unreadable() const { return counters_.record.recovers_unreadable(); }
   absl::Status EndRecovery();
+  // A host shows an order of this revision. On a store that was made of a backup it may be of a life that the store
+  // does not know: then this life, and the numbers of hosts and instances, go on from above. Where that cannot be
+  // stored it is tried with the next that is shown.
+  void NoteRevision(std::uint64_t shown);
+  // Hosts have shown such a life, and what runs has not been taken up since.
+  bool restored_again() const { return counters_.record.restored_again(); }
 
   // --- What parts store under keys of their own. UNAVAILABLE: as above.
   absl::StatusOr<Revision> WriteStored(std::span<const StoreOp> ops);
@@ -250,7 +285,9 @@ class ClusterState {
   };
 
   explicit ClusterState(Store& store) : store_(store) {}
-  absl::Status BeginLife();
+  ClusterState(const ClusterState&) = default;
+  absl::Status BeginLife(const std::vector<StoreEntry>& unreadable);
+  absl::Status LoadSetAside(const std::vector<StoreEntry>& unreadable, bool drop_old);
   // Every write: notes whether it failed.
   absl::StatusOr<Revision> Write(std::span<const StoreOp> ops);
   absl::StatusOr<Revision> WriteOne(const StoreOp& op);
@@ -270,8 +307,11 @@ class ClusterState {
   std::map<std::string, std::uint64_t> request_ids_;  // to the instance's number
   std::map<StreamId, std::uint64_t> streams_;         // to the host's number
   std::map<std::string, ContentUse> contents_;        // by key, of instances that have not ended
+  std::vector<std::string> set_aside_;
+  InstanceNumbers lack_players_;
   StreamId last_stream_ = 0;
   std::uint64_t last_revision_ = 0;
+  std::uint64_t operations_ = 0;  // of this life
   std::string store_trouble_, checkpoint_trouble_;
   std::uint64_t failed_writes_ = 0;
   Steady probe_at_{0};  // 0: when the next timer says

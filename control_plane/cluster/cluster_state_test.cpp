@@ -136,15 +136,6 @@ TEST(ClusterStateTest, PlayersOfAnEarlierReleaseAreTakenOutOfTheRecord) {
   }
 }
 
-TEST(ClusterStateTest, ADamagedBucketOfPlayersIsNamed) {
-  for (const char* value : {"\xff", "no file"}) {
-    StateRig rig;
-    rig.AddRunning({&rig.AddHost("alpha")});
-    ASSERT_TRUE(rig.store.Put("players/1/7", value, kAbsent).ok());
-    EXPECT_THAT(ClusterState::Load(rig.store).status().ToString(), ::testing::HasSubstr("store: players/1/7"));
-  }
-}
-
 TEST(ClusterStateTest, ASceneGoesWithTheLastInstanceThatUsesIt) {
   StateRig rig;
   HostEntry& alpha = rig.AddHost("alpha");

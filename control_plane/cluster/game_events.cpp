@@ -42,32 +42,43 @@ v1::PublishedEvent FromReport(const v1::ReportedGameEvent& reported, Now now) {
 }  // namespace
 
 absl::Status GameEvents::Load() {
-  const auto damaged = [](const std::string& key) {
-    return absl::DataLossError(absl::StrCat("store: ", key, ": cannot be read"));
-  };
   const auto heads = state_.ListStored(kHeads);
   if (!heads.ok()) return heads.status();
   for (const StoreEntry& entry : *heads) {
     Log& log = logs_[NumberOf(entry.key, kHeads)];
-    if (!log.head.ParseFromString(entry.value)) return damaged(entry.key);
-    log.revision = entry.revision;
+    if (log.head.ParseFromString(entry.value)) {
+      log.revision = entry.revision;
+      continue;
+    }
+    log.head.Clear();
+    if (absl::Status status = state_.SetAside(entry); !status.ok()) return status;
   }
   for (auto& [number, log] : logs_) {
     const auto events = state_.ListStored(EventsOf(number));
     if (!events.ok()) return events.status();
     for (const StoreEntry& entry : *events) {
-      Kept& kept = log.events.emplace_back();
-      if (!kept.event.ParseFromString(entry.value)) return damaged(entry.key);
+      Kept kept;
       kept.revision = entry.revision;
+      if (kept.event.ParseFromString(entry.value)) {
+        log.events.push_back(std::move(kept));
+      } else if (absl::Status status = state_.SetAside(entry); !status.ok()) {
+        return status;
+      }
     }
+    // Where the head was set aside, the numbers go on from the newest event; some may come a second time.
+    if (log.revision == kAbsent && !log.events.empty()) log.head.set_last_event(log.events.back().event.number());
   }
   // A control plane that died while it forgot an instance left them.
   std::vector<std::uint64_t> orphans;
   for (const auto& [number, log] : logs_) {
-    if (!state_.instances().contains(number)) orphans.push_back(number);
+    if (!state_.instances().contains(number) && state_.set_aside().empty()) orphans.push_back(number);
   }
   for (const std::uint64_t number : orphans) Forget(number);
-  for (auto& [number, log] : logs_) state_.instance(number).published_events = log.head.last_event();
+  for (InstanceEntry& instance : state_.EachInstance()) {
+    if (const auto log = logs_.find(instance.number); log != logs_.end()) {
+      instance.published_events = log->second.head.last_event();
+    }
+  }
   return absl::OkStatus();
 }
 

@@ -76,7 +76,8 @@ absl::Status GameMessages::Load() {
     const std::vector<std::string> parts = absl::StrSplit(entry.key, '/');
     std::uint64_t instance = 0;
     if (parts.size() != 3 || !absl::SimpleAtoi(parts[1], &instance) || !sent.record.ParseFromString(entry.value)) {
-      return absl::DataLossError(absl::StrCat("store: ", entry.key, ": cannot be read"));
+      if (absl::Status status = state_.SetAside(entry); !status.ok()) return status;
+      continue;
     }
     Box& box = boxes_[instance];
     box.by_request[sent.record.request_id()] = sent.record.number();
@@ -86,7 +87,7 @@ absl::Status GameMessages::Load() {
   }
   std::vector<std::uint64_t> orphans;
   for (const auto& [number, box] : boxes_) {
-    if (!state_.instances().contains(number)) orphans.push_back(number);
+    if (!state_.instances().contains(number) && state_.set_aside().empty()) orphans.push_back(number);
   }
   for (const std::uint64_t number : orphans) Forget(number);
   for (InstanceEntry& instance : state_.EachInstance()) {

@@ -63,7 +63,7 @@ HealthFaults HealthWatch::Look(const InstanceEntry& instance, Now now) {
   std::map<std::uint64_t, Region> before = std::exchange(watched.regions, {});
   HealthFaults faults;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
-    if (!Counts(instance, i)) continue;
+    if (!Counts(instance, i) && !Unheard(instance, i)) continue;
     Region& region = watched.regions[instance.workers[i].incarnation];
     const auto known = before.find(instance.workers[i].incarnation);
     region = known == before.end() ? Region{.stepped_at = now.steady} : known->second;
@@ -83,9 +83,17 @@ void HealthWatch::Forgive(Watched& watched, Steady unseen) {
 
 // Newcomers have no part in the world yet; what died, or lies on a lost host, is told of as that.
 bool HealthWatch::Counts(const InstanceEntry& instance, std::size_t index) const {
-  const WorkerEntry& worker = instance.workers[index];
+  return Looks(instance, index) && instance.workers[index].report.phase() == v1::WORKER_PHASE_RUNNING;
+}
+
+// In a world that runs it ran before this control plane began, and may do so still.
+bool HealthWatch::Unheard(const InstanceEntry& instance, std::size_t index) const {
+  return Looks(instance, index) && !instance.workers[index].reported;
+}
+
+bool HealthWatch::Looks(const InstanceEntry& instance, std::size_t index) const {
   const HostEntry* host = HostAt(state_, instance, index);
-  return !worker.gone && host != nullptr && !host->lost && worker.report.phase() == v1::WORKER_PHASE_RUNNING &&
+  return !instance.workers[index].gone && host != nullptr && !host->lost &&
          !instance.record.placements(static_cast<int>(index)).joins();
 }
 
@@ -98,6 +106,7 @@ void HealthWatch::LookAtRegion(const InstanceEntry& instance, std::size_t index,
   if (worker.report.tick() != region.tick || may_stand) region.stepped_at = now.steady;
   region.tick = worker.report.tick();
   if (now.steady - region.stepped_at > StillAfter(record)) faults.still.push_back(worker.region);
+  if (!worker.reported) return;  // nothing else is known of it
 
   const std::uint32_t standby = StandbyOf(record, worker.region);
   const std::string why = UncoveredBecause(instance, worker, standby);

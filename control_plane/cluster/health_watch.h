@@ -1,7 +1,8 @@
 // HealthWatch: faults of a running instance that only time shows.
 //
 //   uncovered   a region whose standby has had no whole copy of it, or that has no standby, for kStandbyPatience
-//   still       a region that has not made a step, or is not known to, for kStillAfter
+//   still       a region that has not made a step, or is not known to, for kStillAfter; also one of which nothing was
+//               heard since this control plane began
 //   cut         two neighbours without a link for kCutAfter
 //
 // A world of one region has no standby by its nature, and is not uncovered. Faults of hosts that are lost, and of
@@ -56,6 +57,8 @@ class HealthWatch {
                     Now now) const;
   void LookAtLinks(const InstanceEntry& instance, Watched& watched, HealthFaults& faults, Now now) const;
   bool Counts(const InstanceEntry& instance, std::size_t index) const;
+  bool Unheard(const InstanceEntry& instance, std::size_t index) const;
+  bool Looks(const InstanceEntry& instance, std::size_t index) const;
   std::string NameOfRegion(const InstanceEntry& instance, std::uint32_t region) const;
 
   const ClusterState& state_;

@@ -47,6 +47,18 @@ class HealthWatchTest : public ::testing::Test {
 
 TEST_F(HealthWatchTest, AWorldInGoodHealthHasNoFaults) { EXPECT_EQ(Pass(seconds(20)).Text(), ""); }
 
+TEST_F(HealthWatchTest, ARegionOfWhichNothingWasHeardSinceTheStartIsNotKnownToStep) {
+  WorkerEntry& worker = instance_.workers[1];
+  worker.reported = false;
+  worker.report.Clear();
+  still_ = {2};
+  EXPECT_EQ(Pass(milliseconds(2000)).Text(), "") << "agents dial again within seconds";
+  EXPECT_EQ(Pass(milliseconds(200)).Text(), "no steps are known of region 2");
+  EXPECT_EQ(Pass(seconds(10)).still.size(), 1u) << "and that is all that is said of it";
+  beta_.lost = true;
+  EXPECT_THAT(Pass(milliseconds(100)).still, IsEmpty()) << "then its host is silent, which is told elsewhere";
+}
+
 TEST_F(HealthWatchTest, AStandbyWithoutAWholeCopyIsNamedAfterItsPatience) {
   instance_.workers[1].report.clear_standby_copies();
   EXPECT_EQ(Pass(seconds(5)).Text(), "") << "a copy takes a moment";

@@ -1,6 +1,7 @@
 #include "control_plane/cluster/instances.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -9,6 +10,7 @@
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/instance_players.h"
+#include "control_plane/cluster/views.h"
 #include "control_plane/failover.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/one_line.h"
@@ -116,7 +118,8 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
   if (state != previous) {
     instance.state_since = now.steady;
     state_.Log(absl::StrCat("instance ", NameOf(previous), " -> ", NameOf(state), " id=", instance.record.id(),
-                            instance.record.reason().empty() ? "" : ": ", instance.record.reason()),
+                            " op=", instance.record.operation(), instance.record.reason().empty() ? "" : ": ",
+                            instance.record.reason()),
                state == v1::INSTANCE_STATE_FAILED ? Severity::kError : Severity::kInfo);
   }
   if (!WantsWorkers(state)) instance.degraded.clear();
@@ -144,9 +147,20 @@ void Instances::NoteWait(InstanceEntry& instance, Now now) const {
   } else if (IsStarting(record.state())) {
     waits = v1::InstanceState_Name(record.state());
   }
-  if (waits == instance.waits) return;
+  if (waits == instance.waits) return LogProgress(instance, now);
   instance.waits = std::move(waits);
   instance.waits_since = now.unix_time;
+  instance.progress_at = now.steady;
+}
+
+// Says the same as describe does of it.
+void Instances::LogProgress(InstanceEntry& instance, Now now) const {
+  if (instance.waits.empty() || now.steady - instance.progress_at < kProgressInterval) return;
+  instance.progress_at = now.steady;
+  const v1::Instance view = ViewOf(state_, instance);
+  const auto minutes = std::chrono::duration_cast<std::chrono::minutes>(now.unix_time - instance.waits_since).count();
+  state_.Log(absl::StrCat("still under way id=", instance.record.id(), " op=", instance.record.operation(), " minutes=",
+                          minutes, ": ", view.changes().empty() ? instance.waits : view.changes(0).text()));
 }
 
 void Instances::NoteHealth(InstanceEntry& instance, Now now) {

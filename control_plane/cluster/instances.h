@@ -53,6 +53,7 @@ class Instances {
   LifeFacts Facts(const InstanceEntry& instance, int waiting, Now now) const;
   void NoteFaults(InstanceEntry& instance, const HealthFaults& faults, Now now);
   void NoteWait(InstanceEntry& instance, Now now) const;
+  void LogProgress(InstanceEntry& instance, Now now) const;
 
   ClusterState& state_;
   ControlSettings settings_;

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/testing/state_rig.h"
 
@@ -57,6 +59,31 @@ TEST_F(InstancesTest, WorkersThatDoNotEndAreWithdrawnAfterTheGrace) {
   rig_.Pass(milliseconds(1));
   instances_.WithdrawLate(instance_, rig_.now);
   EXPECT_TRUE(instance_.withdrawn);
+}
+
+TEST_F(InstancesTest, WhatTakesLongIsLoggedOnceAMinute) {
+  SetState(v1::INSTANCE_STATE_STARTING);
+  const auto said = [&] {
+    const auto& log = rig_.state->effects().log;
+    return std::count_if(log.begin(), log.end(),
+                         [](const LogLine& line) { return line.text.starts_with("still under way id=inst-1 op="); });
+  };
+  const auto pass = [&](std::chrono::seconds span) {
+    for (; span.count() > 0; span -= std::chrono::seconds(1)) {
+      instances_.NoteHealth(instance_, rig_.now);
+      rig_.Pass(std::chrono::seconds(1));
+    }
+  };
+  pass(std::chrono::seconds(60));
+  EXPECT_EQ(said(), 0) << "most starts take seconds";
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(said(), 1);
+  EXPECT_THAT(rig_.state->effects().log.back().text, HasSubstr(" minutes=1: starts"));
+  pass(std::chrono::seconds(120));
+  EXPECT_EQ(said(), 3);
+  SetState(v1::INSTANCE_STATE_RUNNING);
+  pass(std::chrono::seconds(120));
+  EXPECT_EQ(said(), 3) << "nothing is under way any more";
 }
 
 TEST_F(InstancesTest, ALostHostDegradesARunningInstance) {

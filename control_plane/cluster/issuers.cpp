@@ -51,7 +51,8 @@ absl::Status Issuers::Load() {
     Entry entry{.record = {}, .revision = stored.revision};
     if (!entry.record.ParseFromString(stored.value) || stored.key != kIssuerPrefix + entry.record.name() ||
         !IsIssuerKey(entry.record.public_key())) {
-      return absl::DataLossError(absl::StrCat("store: ", stored.key, ": cannot be read"));
+      if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
+      continue;
     }
     names_.emplace(IssuerKeyId(entry.record.public_key()), entry.record.name());
     issuers_.emplace(entry.record.name(), std::move(entry));

@@ -57,6 +57,7 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   const records::Placement& placement = record.placements(static_cast<int>(index));
   v1::WorkerOrder order;
   order.set_instance_id(record.id());
+  order.set_operation(record.operation());
   order.set_region(placement.region());
   order.set_incarnation(placement.incarnation());
   order.set_scene_hash(record.scene_hash());

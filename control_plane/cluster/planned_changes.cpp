@@ -5,6 +5,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/liveness.h"
@@ -15,6 +16,7 @@
 #include "control_plane/world_terms.h"
 #include "core/game/native_name.h"
 #include "core/world/limits.h"
+#include "core/world/partition_io.h"
 #include "core/world/world_terms.h"
 
 namespace tessera::control {
@@ -195,9 +197,11 @@ std::optional<records::Instance> PlannedChanges::Next(InstanceEntry& instance, N
   // Until it goes on nothing but a step can come into force.
   if (IsPaused(instance.record) && !instance.record.has_planned()) return std::nullopt;
   std::vector<RegionFacts> facts = Facts(instance, now);
+  if (auto back = NextTakenBack(instance, facts, now)) return back;
   auto next = StepPlan(instance.record, facts);
   if (!next) return Plan(instance, std::move(facts), slow, now);
   const bool in_force = instance.record.has_planned() && !next->has_planned();
+  if (in_force) instance.taken_back.clear();
   const std::string terms =
       in_force ? DescribeTerms(instance.record, *next, instance.record.planned().effective_tick()) : "";
   if (!terms.empty()) {
@@ -262,7 +266,10 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
                NamingLackingHosts(state_, NeedsOf(instance.record), planned.status()));
     return std::nullopt;
   }
-  if (!*planned) change.not_before = now.steady + kBalanceInterval;
+  if (!*planned) {
+    change.not_before = now.steady + kBalanceInterval;
+    instance.taken_back.clear();  // all is as wanted
+  }
   const bool newcomer = *planned && (*planned)->last_incarnation() > instance.record.last_incarnation();
   if (newcomer && leaver.region() != 0 && !OwnsCells((*planned)->planned().map(), leaver.region())) {
     NoteMoved(instance, leaver, **planned, now);
@@ -351,7 +358,65 @@ std::vector<RegionFacts> PlannedChanges::Facts(const InstanceEntry& instance, No
     region.step_s = report.step().p50_seconds();
     region.spread = SpreadOf(report);
   }
+  SetUnlinked(instance, facts);
   return facts;
+}
+
+// --- Links of newcomers.
+
+// Both ends have to say that a link is up: what was reported of the number before is of another worker.
+void PlannedChanges::SetUnlinked(const InstanceEntry& instance, std::vector<RegionFacts>& facts) const {
+  const v1::PlannedMap& planned = instance.record.planned();
+  if (planned.effective_tick() == 0 || planned.committed()) return;
+  if (std::none_of(facts.begin(), facts.end(), [](const RegionFacts& region) { return region.newcomer; })) return;
+  const auto map = FromProto(planned.map());
+  if (!map.ok()) return;
+  std::map<std::uint32_t, const RegionFacts*> by_region;
+  for (const RegionFacts& region : facts) by_region[region.region] = &region;
+  for (RegionFacts& region : facts) {
+    if (!region.newcomer || !map->HasRegion(RegionId(region.region))) continue;
+    for (const RegionId neighbor : map->Neighbors(RegionId(region.region))) {
+      const auto other = by_region.find(neighbor.value());
+      if (other == by_region.end() || !other->second->cut_from.empty()) continue;
+      if (Hears(instance, region.region, neighbor.value()) && Hears(instance, neighbor.value(), region.region))
+        continue;
+      region.unlinked.push_back(neighbor.value());
+    }
+  }
+}
+
+std::optional<records::Instance> PlannedChanges::NextTakenBack(InstanceEntry& instance,
+                                                               std::span<const RegionFacts> facts, Now now) {
+  Change& change = changes_[instance.number];
+  const records::Instance& record = instance.record;
+  instance.links_awaited.clear();
+  if (!record.has_planned() || record.planned().committed()) change.unlinked = Steady(0);
+  for (const RegionFacts& region : facts) {
+    if (region.unlinked.empty()) continue;
+    const HostEntry* host = state_.FindHost(region.host_id);
+    absl::StrAppend(&instance.links_awaited, instance.links_awaited.empty() ? "" : "; ", "region ", region.region,
+                    " on ", host == nullptr ? region.host_id : host->record.name(), " has no link to region",
+                    region.unlinked.size() == 1 ? " " : "s ", absl::StrJoin(region.unlinked, ", "));
+  }
+  if (instance.links_awaited.empty()) {
+    change.unlinked_at = Steady(0);
+    return std::nullopt;
+  }
+  // Time in which nobody looked proves nothing.
+  if (change.unlinked_at.count() != 0) change.unlinked += std::min<Steady>(now.steady - change.unlinked_at, kOwnPause);
+  change.unlinked_at = now.steady;
+  if (change.unlinked < kNewcomerLinkPatience) return std::nullopt;
+  instance.taken_back = OneLine(absl::StrCat("map ", record.planned().map().version(),
+                                             " taken back, tried again in a minute: ", instance.links_awaited,
+                                             ". Do its program and theirs belong to one release?"),
+                                kMaxReasonBytes);
+  instance.links_awaited.clear();
+  change.unlinked = change.unlinked_at = Steady(0);
+  change.not_before = now.steady + kUnlinkedRetry;
+  records::Instance next = TakenBack(record);
+  AddEvent(next, now, instance.taken_back);
+  state_.Log(absl::StrCat("change taken back id=", record.id(), ": ", instance.taken_back), Severity::kError);
+  return next;
 }
 
 // --- Links that fail.

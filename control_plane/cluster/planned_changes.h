@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -83,6 +84,8 @@ class PlannedChanges {
     // Pairs that have no link, or whose link failed a standby, and until when they are kept apart.
     std::map<Pair, Steady> cuts;
     std::map<std::uint64_t, WorkerLoad> workers;  // by incarnation
+    Steady unlinked{0};                           // how long the plan under way has waited for links of newcomers
+    Steady unlinked_at{0};                        // when that was last seen; 0: it does not wait for any now
   };
 
   std::optional<records::Instance> NextTerms(const InstanceEntry& instance, Now now);
@@ -98,6 +101,8 @@ class PlannedChanges {
   Leaver LeaverOf(const InstanceEntry& instance, std::optional<CutMove> cut, const std::optional<SlowRegion>& slow,
                   std::vector<FreeHost>& hosts, Now now) const;
   void NoteMoved(InstanceEntry& instance, const Leaver& leaver, records::Instance& planned, Now now);
+  void SetUnlinked(const InstanceEntry& instance, std::vector<RegionFacts>& facts) const;
+  std::optional<records::Instance> NextTakenBack(InstanceEntry& instance, std::span<const RegionFacts> facts, Now now);
   void NoteCuts(const InstanceEntry& instance, Now now);
   void NoteUnprotected(const InstanceEntry& instance, Change& change, Now now);
   static double SmoothedStep(const WorkerEntry& worker, WorkerLoad& load);

@@ -3,6 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "control_plane/cluster/views.h"
 #include "control_plane/testing/state_rig.h"
 
 namespace tessera::control {
@@ -22,10 +27,14 @@ class PlannedChangesTest : public ::testing::Test {
     ASSERT_TRUE(next.ok() && next->has_value()) << next.status();
     ASSERT_TRUE(rig_.state->StoreInstance(instance_, **next).ok());
   }
-  // All workers are as far as the record asks them to be.
-  void AllFollow() {
+  // All workers are as far as the record asks them to be, and those of `linked` have links to each other.
+  void AllFollow(const std::set<std::uint32_t>& linked = {1, 2, 3}) {
     const records::Instance& record = instance_.record;
     for (WorkerEntry& worker : instance_.workers) {
+      worker.report.clear_linked_regions();
+      for (const std::uint32_t other : linked) {
+        if (other != worker.region && linked.contains(worker.region)) worker.report.add_linked_regions(other);
+      }
       worker.reported_at = rig_.now.steady;
       worker.report.set_phase(v1::WORKER_PHASE_RUNNING);
       worker.report.mutable_address()->set_game_port(1);
@@ -57,6 +66,52 @@ TEST_F(PlannedChangesTest, ARegionIsAddedFromThePlanToTheMapInForce) {
   EXPECT_TRUE(AtRest(instance_.record));
   EXPECT_EQ(instance_.record.map().regions_size(), 3);
   EXPECT_FALSE(Step()) << "not at once again";
+}
+
+TEST_F(PlannedChangesTest, AMapIsCommittedOnceBothEndsOfANewcomersLinksSayThatTheyAreUp) {
+  Store(changes_.Scale(instance_, 3, rig_.now));
+  ASSERT_TRUE(Step());
+  AllFollow({1, 2});
+  ASSERT_TRUE(Step());  // a tick for it
+  AllFollow({1, 2});
+  EXPECT_FALSE(Step()) << "the newcomer has no links";
+  EXPECT_EQ(instance_.links_awaited.find("region 3 on alpha has no link to region"), 0u) << instance_.links_awaited;
+  EXPECT_NE(ViewOf(*rig_.state, instance_).changes(0).text().find("waits: region 3 on alpha"), std::string::npos);
+  for (const std::uint32_t other : {1, 2}) StateRig::WorkerOf(instance_, 3).report.add_linked_regions(other);
+  EXPECT_FALSE(Step()) << "its neighbours know of none";
+  AllFollow();
+  ASSERT_TRUE(Step());
+  EXPECT_TRUE(instance_.record.planned().committed());
+  EXPECT_EQ(instance_.links_awaited, "");
+}
+
+TEST_F(PlannedChangesTest, APlanWhoseNewcomerIsRefusedIsTakenBackAndTriedAgainLater) {
+  Store(changes_.Scale(instance_, 3, rig_.now));
+  ASSERT_TRUE(Step());
+  const auto wait = [&](milliseconds span) {
+    for (; span.count() > 0 && instance_.record.has_planned(); span -= milliseconds(250)) {
+      AllFollow({1, 2});
+      Step();
+      rig_.Pass(milliseconds(250));
+    }
+  };
+  wait(kNewcomerLinkPatience);
+  ASSERT_TRUE(instance_.record.has_planned()) << "it may only be slow";
+  wait(4 * kNewcomerLinkPatience);
+  ASSERT_FALSE(instance_.record.has_planned());
+  EXPECT_EQ(instance_.record.placements_size(), 2) << "the newcomer ends";
+  EXPECT_EQ(instance_.record.map().version(), 1u);
+  EXPECT_NE(instance_.record.events().rbegin()->text().find("has no link to region"), std::string::npos);
+  EXPECT_NE(ViewOf(*rig_.state, instance_).changes(0).text().find("taken back"), std::string::npos);
+  AllFollow({1, 2});
+  EXPECT_FALSE(Step()) << "not at once again";
+  rig_.Pass(kUnlinkedRetry);
+  for (int steps = 0; steps < 20 && (steps == 0 || !AtRest(instance_.record)); ++steps) {
+    Step();
+    AllFollow();
+  }
+  EXPECT_EQ(instance_.record.map().regions_size(), 3);
+  EXPECT_TRUE(ViewOf(*rig_.state, instance_).changes().empty());
 }
 
 TEST_F(PlannedChangesTest, WhatHasNoRoomIsRefusedAndWhatIsSoAlreadyIsNothing) {

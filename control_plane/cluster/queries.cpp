@@ -107,6 +107,7 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
   summary.store_failing = !state.store_trouble().empty();
   summary.checkpoints_stopped = !state.checkpoint_trouble().empty();
   summary.failed_writes = state.failed_writes();
+  summary.records_set_aside = state.set_aside().size();
   for (const auto& [number, host] : state.hosts()) {
     ++summary.hosts[StateOf(host)];
     if (host.stream == 0) continue;
@@ -127,6 +128,7 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
     health.uncovered_regions = instance.uncovered_regions;
     health.still_regions = instance.still_regions;
     health.degraded = !instance.degraded.empty();
+    health.taken_back = !instance.taken_back.empty();
     health.cut_links = instance.cut_links.size();
     health.moved_regions = instance.moved_regions;
     if (const v1::Checkpoint* newest = NewestKept(record.checkpoints())) {

@@ -43,7 +43,7 @@ std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::s
 // How a RUNNING instance fares.
 struct InstanceHealth {
   std::string id;
-  bool degraded = false;
+  bool degraded = false, taken_back = false;                            // its last change was taken back
   int unprotected = 0;                                                  // regions
   std::size_t uncovered_regions = 0, still_regions = 0, cut_links = 0;  // that degrade it
   std::uint64_t moved_regions = 0;
@@ -62,9 +62,10 @@ struct ClusterSummary {
   std::map<std::string, double> clocks_ahead_s;    // by name of a host that is attached: its wall clock against ours
   std::map<std::string, bool> behind_revocations;  // likewise: it does not keep the newest list of revocations
   std::vector<InstanceHealth> health;
-  bool store_failing = false;        // the last write failed
-  bool checkpoints_stopped = false;  // there is no room for them
-  int over_checkpoint_quota = 0;     // instances whose last one was too large
+  bool store_failing = false;         // the last write failed
+  bool checkpoints_stopped = false;   // there is no room for them
+  int over_checkpoint_quota = 0;      // instances whose last one was too large
+  std::size_t records_set_aside = 0;  // that cannot be read
   std::uint64_t failed_writes = 0;
   std::uint64_t visual_bytes = 0;  // that files of meshes take
 };

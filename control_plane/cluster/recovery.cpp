@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/backup.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
@@ -42,10 +43,56 @@ absl::StatusOr<bool> Forget(ClusterState& state, HostEntry& host, const Gone& go
 }  // namespace
 
 Recovery::Recovery(ClusterState& state, Now now) : state_(state), begun_(now.steady) {
-  if (active()) state_.Log("the store comes from a backup: waiting for the hosts to say what runs", Severity::kWarning);
+  if (!active()) return;
+  state_.Log(absl::StrCat(
+                 state_.recovers_unreadable() ? "records of the store cannot be read" : "the store comes from a backup",
+                 ": waiting for the hosts to say what runs"),
+             Severity::kWarning);
+}
+
+void Recovery::NoteReport(const v1::WorkerReport& report, Now now) {
+  NoteAlive(report.identity());
+  auto& regions = stepped_[report.identity().instance_id()];
+  const auto [known, is_new] = regions.try_emplace(report.identity().region(), Stepped{report.tick(), std::nullopt});
+  Stepped& region = known->second;
+  if ((!is_new && report.tick() > region.tick) || report.world_paused()) region.at = now.steady;
+  region.tick = report.tick();
+}
+
+// By the map of the newest order, where its hosts have answered.
+bool Recovery::KnownToStep(const records::Instance& record, Now now) const {
+  const auto stepped = stepped_.find(record.id());
+  if (stepped == stepped_.end()) return false;
+  const v1::PartitionMap* map = &record.map();
+  for (const auto& [number, orders] : held_) {
+    for (const v1::WorkerOrder& order : orders) {
+      if (order.instance_id() == record.id() && order.map().version() > map->version()) map = &order.map();
+    }
+  }
+  return std::all_of(map->regions().begin(), map->regions().end(), [&](const v1::MapRegion& region) {
+    const auto known = stepped->second.find(region.id());
+    return known != stepped->second.end() && known->second.at && now.steady - *known->second.at <= kStillAfter;
+  });
+}
+
+void Recovery::NoteHealth(Now now) {
+  if (!active()) return;
+  for (InstanceEntry& instance : state_.EachInstance()) {
+    if (instance.record.state() != v1::INSTANCE_STATE_RUNNING) continue;
+    std::string degraded;
+    if (!KnownToStep(instance.record, now)) {
+      degraded = absl::StrCat("not known to step yet: ", held_.size(), " of ", state_.hosts().size(),
+                              " hosts have said what they run");
+    }
+    if (degraded == instance.degraded) continue;
+    if (instance.degraded.empty()) instance.degraded_since = now.unix_time;
+    instance.degraded = std::move(degraded);
+    state_.MarkChanged(instance);
+  }
 }
 
 void Recovery::TakeOrders(const HostEntry& host, const v1::HeldOrders& held) {
+  for (const v1::WorkerOrder& order : held.orders()) state_.NoteRevision(order.revision());
   held_[host.number] = {held.orders().begin(), held.orders().end()};
   state_.Log(absl::StrCat("orders taken up host=", host.record.name(), " workers=", held.orders_size()));
 }
@@ -82,6 +129,10 @@ bool Recovery::Step(Now now) {
     if (!status.ok()) break;
     if (IsFinal(instance.record.state())) continue;
     const auto found = orders.find(instance.number);
+    if (state_.recovers_unreadable()) {
+      if (found != orders.end()) status = TakeUpPlayers(instance, found->second, now);
+      continue;
+    }
     status = found == orders.end() ? EndUnlessItRuns(instance, now) : TakeUp(instance, found->second, now);
   }
   if (status.ok()) status = state_.EndRecovery();
@@ -92,6 +143,7 @@ bool Recovery::Step(Now now) {
   }
   state_.Log(absl::StrCat("what runs is taken up hosts=", held_.size(), " of ", state_.hosts().size()));
   held_.clear();
+  stepped_.clear();
   for (HostEntry& host : state_.EachHost()) state_.MarkDesired(host);
   return true;
 }
@@ -106,7 +158,10 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
     }
     return found;
   };
-  records::Instance next = AdoptOrders(instance.record, orders, host_at);
+  // Whoever was begun from this backup before has given numbers on from the same ones.
+  records::Instance old = instance.record;
+  if (state_.restored_again()) Raise(old);
+  records::Instance next = AdoptOrders(old, orders, host_at);
   // A game that came after the backup cannot be given to a new worker.
   std::string lacks;
   for (const std::string& key : ContentKeys(next)) {
@@ -121,6 +176,17 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
   }
   AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
   return state_.StoreWithPlayers(instance, next, AdoptPlayers(instance.players, orders));
+}
+
+absl::Status Recovery::TakeUpPlayers(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now) {
+  if (!state_.LacksPlayers(instance.number)) return absl::OkStatus();
+  records::Instance next = instance.record;
+  Players players = AdoptPlayers(instance.players, orders);
+  for (const records::StoredPlayer* known : players.All()) {
+    next.set_last_player(std::max(next.last_player(), known->player().number()));
+  }
+  AddEvent(next, now, "players that the store could not say are taken up from the regions");
+  return state_.StoreWithPlayers(instance, next, players);
 }
 
 absl::Status Recovery::EndUnlessItRuns(InstanceEntry& instance, Now now) {

@@ -61,7 +61,8 @@ absl::Status Tickets::Load(Now now) {
   for (const StoreEntry& stored : *entries) {
     records::UsedTicket record;
     if (!record.ParseFromString(stored.value) || stored.key != UsedTicketKey(record.issuer(), record.player_id())) {
-      return absl::DataLossError(absl::StrCat("store: ", stored.key, ": cannot be read"));
+      if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
+      continue;
     }
     used_[stored.key] = {record.number(), now.steady, stored.revision};
     in_order_.emplace_back(now.steady, stored.key);

@@ -21,7 +21,7 @@ constexpr int kMostNamedWaits = 3;
 
 // While bodies move to their new regions: which regions still have some of another's, and which acknowledge none.
 std::string DescribeWait(const InstanceEntry& instance) {
-  std::string text;
+  std::string text = instance.links_awaited.empty() ? "" : absl::StrCat("; waits: ", instance.links_awaited);
   for (const WorkerEntry& worker : instance.workers) {
     if (const std::uint64_t outside = worker.report.bodies_outside(); outside > 0) {
       absl::StrAppend(&text, "; region ", worker.region, " has ", outside, " to hand over");
@@ -77,6 +77,9 @@ void AddChange(const ClusterState& state, const InstanceEntry& instance, v1::Ins
     change.set_effective_tick(record.planned().effective_tick());
   } else if (IsStarting(record.state())) {
     change.set_text(DescribeStart(state, instance));
+    change.set_version(record.map().version());
+  } else if (!instance.taken_back.empty() && record.state() == v1::INSTANCE_STATE_RUNNING) {
+    change.set_text(instance.taken_back);
     change.set_version(record.map().version());
   } else {
     return;
@@ -186,6 +189,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   *view.mutable_create_time() = record.create_time();
   if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
   view.set_revision(static_cast<std::uint64_t>(instance.revision));
+  view.set_operation(record.operation());
   view.set_wanted_regions(record.wanted_regions() == 0 ? view.regions() : record.wanted_regions());
   view.set_failovers(record.failovers());
   view.set_lost_bodies(record.lost_bodies());

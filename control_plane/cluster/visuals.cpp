@@ -26,7 +26,8 @@ absl::Status Visuals::Load() {
     const std::string sha256 = stored.key.substr(sizeof kVisualPrefix - 1);
     Entry entry{.record = {}, .revision = stored.revision};
     if (!entry.record.ParseFromString(stored.value) || !IsSha256Hex(sha256)) {
-      return absl::DataLossError(absl::StrCat("store: ", stored.key, ": cannot be read"));
+      if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
+      continue;
     }
     files_.emplace(sha256, std::move(entry));
   }
@@ -151,6 +152,7 @@ absl::Status Visuals::Remove(const std::string& sha256) {
 
 void Visuals::Sweep(Now now) {
   if (files_.empty() || now.steady < next_sweep_) return;
+  if (!state_.set_aside().empty()) return;  // a record that cannot be read may need any of them
   next_sweep_ = now.steady + kVisualSweepInterval;
   std::set<std::string> needed;
   for (const auto& [number, instance] : state_.instances()) {

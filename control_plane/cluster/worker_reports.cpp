@@ -94,6 +94,7 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   worker->reported_at = now.steady;
   worker->missed = 0;
   instance->newest_tick = std::max(instance->newest_tick, report.tick());
+  state_.NoteRevision(report.order_revision());
   StoreTakenOut(*instance, report);
   Certify(*instance, *worker, was_bound, host);
   v1::RegionAddress& address = *worker->report.mutable_address();

@@ -27,15 +27,13 @@ class HostServiceImpl final : public v1::HostService::Service, Answerer {
   grpc::Status ListHosts(grpc::ServerContext* context, const v1::ListHostsRequest* request,
                          v1::ListHostsResponse* response) override {
     return Answer(context, "HostService/ListHosts", CallKind::kRead, "", [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Now) { return control::ListHosts(cluster.state(), *request); }),
-                  response);
+      return Take(plane_.Ask([&](const ClusterState& state) { return control::ListHosts(state, *request); }), response);
     });
   }
   grpc::Status GetHost(grpc::ServerContext* context, const v1::GetHostRequest* request,
                        v1::GetHostResponse* response) override {
     return Answer(context, "HostService/GetHost", CallKind::kRead, request->name(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Now) { return control::GetHost(cluster.state(), *request); }),
-                  response);
+      return Take(plane_.Ask([&](const ClusterState& state) { return control::GetHost(state, *request); }), response);
     });
   }
   grpc::Status DrainHost(grpc::ServerContext* context, const v1::DrainHostRequest* request,

@@ -48,7 +48,7 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
                            v1::GetInstanceResponse* response) override {
     return Answer(context, "InstanceService/GetInstance", CallKind::kRead, Instance(request->id()), [&] {
       const absl::Status status =
-          Take(plane_.Call([&](Cluster& cluster, Now) { return control::GetInstance(cluster.state(), request->id()); }),
+          Take(plane_.Ask([&](const ClusterState& state) { return control::GetInstance(state, request->id()); }),
                response->mutable_instance());
       if (door_ == Door::kPlayers) HideAccounts(*response->mutable_instance());
       return status;
@@ -59,9 +59,8 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
     return Answer(context, "InstanceService/ListInstances", CallKind::kRead, "", [&] {
       const Caller caller = CallerOf(*context);
       const auto shown = [&](const std::string& id) { return CheckInstance(caller, id).ok(); };
-      return Take(
-          plane_.Call([&](Cluster& cluster, Now) { return control::ListInstances(cluster.state(), *request, shown); }),
-          response);
+      return Take(plane_.Ask([&](const ClusterState& state) { return control::ListInstances(state, *request, shown); }),
+                  response);
     });
   }
   grpc::Status WatchInstance(grpc::ServerContext* context, const v1::WatchInstanceRequest* request,
@@ -196,9 +195,8 @@ class InstanceFilesImpl : public InstanceServiceImpl {
   grpc::Status ListCheckpoints(grpc::ServerContext* context, const v1::ListCheckpointsRequest* request,
                                v1::ListCheckpointsResponse* response) override {
     return Answer(context, "InstanceService/ListCheckpoints", CallKind::kRead, Instance(request->id()), [&] {
-      return Take(
-          plane_.Call([&](Cluster& cluster, Now) { return control::ListCheckpoints(cluster.state(), *request); }),
-          response);
+      return Take(plane_.Ask([&](const ClusterState& state) { return control::ListCheckpoints(state, *request); }),
+                  response);
     });
   }
   grpc::Status RestoreInstance(grpc::ServerContext* context, const v1::RestoreInstanceRequest* request,

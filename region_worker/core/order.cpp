@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "core/region/failover_io.h"
 #include "core/world/byte_view.h"
@@ -205,6 +206,13 @@ absl::Status ReadBackend(const v1::WorkerOrder& message, BackendOrderList& backe
   return absl::OkStatus();
 }
 
+// It goes into the log as it is.
+bool IsOperation(const std::string& text) {
+  constexpr std::size_t kMostOperation = 32;
+  const auto fits = [](unsigned char c) { return absl::ascii_isalnum(c) || c == '-'; };
+  return text.size() <= kMostOperation && std::all_of(text.begin(), text.end(), fits);
+}
+
 }  // namespace
 
 const OrderedPlayer* FindPlayer(std::span<const OrderedPlayer> players, PlayerNumber number) {
@@ -218,6 +226,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   Order order;
   order.borders = borders;
   order.revision = message.revision();
+  if (IsOperation(message.operation())) order.operation = message.operation();
   order.scene_path = message.scene_path();
   order.scene_hash = message.scene_hash();
   if (!message.game_hash().empty()) {

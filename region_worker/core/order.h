@@ -80,6 +80,7 @@ struct Certified {
 
 struct Order {
   std::uint64_t revision = 0;
+  std::string operation;  // as logs name it; empty: none, or not one
   std::string scene_path, scene_hash;
   std::optional<OrderedGame> game, next_game;
   std::optional<OrderedGame> movement;  // a shared library with one, beside a game in Lua

@@ -39,7 +39,8 @@ void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
                        " players=", order_.players.size(), " map=", order_.map ? order_.map->version().value() : 0,
                        " planned=", order_.planned ? order_.planned->map.version().value() : 0,
                        " standby=", order_.standby.value(), " primaries=", order_.primaries.size(),
-                       " run=", order_.run ? "true" : "false", " stop=", order_.stop ? "true" : "false"));
+                       " run=", order_.run ? "true" : "false", " stop=", order_.stop ? "true" : "false",
+                       " op=", order_.operation));
   if (order_.stop && order_.goes_on) return StopHere("the region goes on elsewhere, or from a checkpoint");
   if (order_.stop) return Stop("the instance ends");
   if (run_) {

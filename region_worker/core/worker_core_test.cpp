@@ -89,6 +89,20 @@ TEST_F(WorkerCoreTest, GoesFromLoadingToRunningByItsOrders) {
   EXPECT_EQ(core.phase(), v1::WORKER_PHASE_RUNNING);
 }
 
+TEST_F(WorkerCoreTest, AnOrderIsLoggedWithItsOperation) {
+  const auto logged = [](const Actions& actions) {
+    std::string all;
+    for (const Log& log : AllOf<Log>(actions)) all += log.line + "\n";
+    return all;
+  };
+  order.set_operation("12-7");
+  EXPECT_THAT(logged(TakeOrder()), HasSubstr(" op=12-7\n"));
+  order.set_operation("12-8\nforged line");
+  const std::string second = logged(TakeOrder());
+  EXPECT_THAT(second, HasSubstr(" op=\n")) << "what is no id is not logged";
+  EXPECT_THAT(second, ::testing::Not(HasSubstr("forged")));
+}
+
 TEST_F(WorkerCoreTest, AnOrderForAnotherAndAnOlderOneAreNotFollowed) {
   order.set_incarnation(2);
   EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), IsEmpty());
