@@ -30,6 +30,7 @@ std::vector<TrustAttack> Attacks(const TrustSize& size) {
       {"plain", [](const Target& t, const std::string&) { return support::SpeakPlainText(t); }},
       {"tokens", [](const Target& t, const std::string&) { return support::ShowLongTokens(t, 8, 60U << 20); }},
       {"requests", [](const Target& t, const std::string&) { return support::AskAtLength(t, 16, 60U << 20); }},
+      {"connections", [](const Target& t, const std::string&) { return support::HoldConnections(t, 300, 64); }},
       {"silence", [](const Target& t, const std::string&) { return support::SayNothing(t, 100); }},
       {"imports",
        [=](const Target& t, const std::string&) {

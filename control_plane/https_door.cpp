@@ -1,6 +1,5 @@
 #include "control_plane/https_door.h"
 
-#include <arpa/inet.h>
 #include <libwebsockets.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
@@ -24,6 +23,7 @@
 #include "control_plane/doors.h"
 #include "control_plane/join_page.h"
 #include "control_plane/one_line.h"
+#include "control_plane/open_connections.h"
 #include "control_plane/restraint.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
@@ -53,19 +53,6 @@ void ForwardWebLog(int, const char* line) {
   if (!spdlog::should_log(spdlog::level::debug)) return;
   if (!WebLogThrottle().Take(telemetry::LogThrottle::Clock::now())) return;
   spdlog::debug("https {}", telemetry::LogValue(std::string(absl::StripTrailingAsciiWhitespace(line))));
-}
-
-// IPv4 as it is, of IPv6 the first 64 bits: a stranger has all the others.
-std::string CountedAddress(int socket_fd) {
-  sockaddr_storage peer{};
-  socklen_t size = sizeof peer;
-  if (getpeername(socket_fd, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return "";
-  if (peer.ss_family == AF_INET6) {
-    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);
-    return {reinterpret_cast<const char*>(&v6.sin6_addr), 8};
-  }
-  const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
-  return {reinterpret_cast<const char*>(&v4.sin_addr), sizeof v4.sin_addr};
 }
 
 std::string WebHeader(lws* wsi, lws_token_indexes header) {

@@ -41,6 +41,7 @@ namespace {
 
 struct ControlFlags {
   std::string listen, players_listen, socket;
+  ConnectionLimits connections;
   HttpsFlags https;
   std::string metrics_listen = "127.0.0.1:7701", metrics_token_file;
   std::string state_dir, checkpoints;
@@ -203,7 +204,8 @@ ReignSettings SettingsOf(const ControlFlags& flags) {
   const std::string socket = flags.socket.empty() ? flags.state_dir + "/control.sock" : flags.socket;
   return {.doors = {.socket = std::filesystem::absolute(socket).lexically_normal().string(),
                     .operators = flags.listen,
-                    .players = flags.players_listen},
+                    .players = flags.players_listen,
+                    .limits = flags.connections},
           .https = flags.https,
           .seal = flags.state_dir + "/seal.key",
           .checkpoints = flags.checkpoints.empty() ? flags.state_dir + "/checkpoints" : flags.checkpoints,
@@ -225,7 +227,8 @@ absl::Status RunAlone(const ControlFlags& flags, const sigset_t& signals) {
   const auto reign = Reign::Begin(**store, SettingsOf(flags), metrics, pages);
   if (!reign.ok()) return reign.status();
   const GrpcServer& grpc = (*reign)->grpc();
-  const GrpcDoors bound{.socket = grpc.socket(), .operators = grpc.operators(), .players = grpc.players()};
+  const GrpcDoors bound{
+      .socket = grpc.socket(), .operators = grpc.operators(), .players = grpc.players(), .limits = {}};
   if (absl::Status status = AnnounceReady(flags, bound, (*reign)->https_address(), (*http)->address()); !status.ok()) {
     return status;
   }
@@ -262,8 +265,10 @@ absl::Status RunElected(const ControlFlags& flags, const sigset_t& signals) {
     }
     return ending;
   };
-  const GrpcDoors bound{
-      .socket = "unix:" + settings.doors.socket, .operators = flags.listen, .players = flags.players_listen};
+  const GrpcDoors bound{.socket = "unix:" + settings.doors.socket,
+                        .operators = flags.listen,
+                        .players = flags.players_listen,
+                        .limits = {}};
   return candidate.Run(ended, [&] { return AnnounceReady(flags, bound, flags.https.listen, (*http)->address()); });
 }
 
@@ -321,6 +326,15 @@ int main(int argc, char** argv) {
   app.add_option("--players-listen", flags.players_listen,
                  "address for players, HOST:PORT, gRPC over TLS; everybody may join there; default none")
       ->check(is_address);
+  app.add_option("--max-connections", flags.connections.in_all,
+                 "connections that --listen, and as many that --players-listen has at once; each takes a file")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--max-connections-per-address", flags.connections.from_address,
+                 "of these, from one address, of IPv6 from one /64; hosts, gateways and backends behind one address "
+                 "share them")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
   app.add_option("--players-https", flags.https.listen,
                  "address for players, HOST:PORT, HTTPS with JSON; port 0 takes a free one; default none")
       ->check(is_address);
