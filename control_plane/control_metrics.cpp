@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/ascii.h"
+#include "control_plane/retry_after.h"
 
 namespace tessera::control {
 namespace {
@@ -150,7 +151,7 @@ ControlMetrics::ControlMetrics()
                  .Register(*registry_)
                  .Add({})) {
   for (const char* result : {"placed", "no_room", "failed"}) placements_.Add({{"result", result}});
-  for (const char* result : {"joined", "refused", "gave_up"}) sessions_.Add({{"result", result}});
+  for (const char* result : {"joined", "refused", "limited", "gave_up"}) sessions_.Add({{"result", result}});
   for (const char* door : {"operators", "players"}) {
     connections_.Add({{"door", door}});
     for (const char* reason : {"address", "door"}) refused_connections_.Add({{"door", door}, {"reason", reason}});
@@ -165,7 +166,9 @@ void ControlMetrics::CountPlacement(const absl::Status& status) {
 
 void ControlMetrics::CountSession(const absl::Status& status) {
   const bool gave_up = absl::IsCancelled(status) || absl::IsDeadlineExceeded(status);
-  sessions_.Add({{"result", status.ok() ? "joined" : gave_up ? "gave_up" : "refused"}}).Increment();
+  const bool limited = RetryAfterOf(status).has_value();
+  const char* result = status.ok() ? "joined" : gave_up ? "gave_up" : limited ? "limited" : "refused";
+  sessions_.Add({{"result", result}}).Increment();
 }
 
 void ControlMetrics::SetConnections(const std::string& door, std::size_t open) {

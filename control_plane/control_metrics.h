@@ -27,7 +27,7 @@ class ControlMetrics {
   void SetLeads(bool leads) { leads_.Set(leads ? 1 : 0); }
   // By result: placed, no_room, failed.
   void CountPlacement(const absl::Status& status);
-  // By result: joined, refused, gave_up.
+  // By result: joined, refused, limited (too many guests at once), gave_up.
   void CountSession(const absl::Status& status);
   // `took`: from the failover's map to the last region that runs by it.
   void ObserveFailover(std::chrono::nanoseconds took);

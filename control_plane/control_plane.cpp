@@ -351,7 +351,8 @@ absl::Status ControlPlane::CheckTicketsSignature(const std::string& ticket) {
 }
 
 absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstanceRequest& request,
-                                                            const std::function<bool()>& given_up, bool stranger) {
+                                                            const std::function<bool()>& given_up,
+                                                            const std::optional<std::string>& stranger) {
   // Whoever joined a record that is about to be replaced would be forgotten with it, and so would a ticket's use.
   if (absl::Status status = CheckRecovered(); !status.ok()) return status;
   if (absl::Status status = CheckTicketsSignature(request.ticket()); !status.ok()) return status;

@@ -79,10 +79,10 @@ class ControlPlane {
   absl::Status SendToGame(const v1::SendToGameRequest& request, const std::function<bool()>& given_up);
   // Checks the game with the instance's scene, outside the lock: it loads, and uses no name that the scene lacks.
   absl::StatusOr<v1::SetGameResponse> SetGame(const v1::SetGameRequest& request);
-  // Waits until all workers are bound, then until they know of the player. `stranger`: the caller has shown nothing but
-  // the request.
+  // Waits until all workers are bound, then until they know of the player. `stranger`: as Cluster::TakeTicket takes it.
   absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
-                                                const std::function<bool()>& given_up, bool stranger = false);
+                                                const std::function<bool()>& given_up,
+                                                const std::optional<std::string>& stranger = std::nullopt);
   // The serialised scene, and a game's file. kNotFound unless a live instance uses it.
   absl::StatusOr<std::string> SceneBytes(const std::string& hash);
   absl::StatusOr<std::string> GameBytes(const std::string& hash);

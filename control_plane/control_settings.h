@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "control_plane/guest_rates.h"
 #include "core/world/limits.h"
 
 namespace tessera::control {
@@ -45,6 +46,8 @@ struct ControlSettings {
   // How long a file of meshes stays that no instance needs: the time from its upload to the instance, and from one
   // instance of a level to the next. Shorter, and a level that is changed and tried again is sent anew each time.
   std::chrono::milliseconds keep_visuals{900'000};
+  // How often strangers may join without a ticket.
+  GuestLimits guests;
   // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
   std::string release;
 };

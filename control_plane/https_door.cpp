@@ -20,10 +20,10 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/counted_address.h"
 #include "control_plane/doors.h"
 #include "control_plane/join_page.h"
 #include "control_plane/one_line.h"
-#include "control_plane/open_connections.h"
 #include "control_plane/restraint.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
@@ -120,7 +120,7 @@ struct HttpsDoor::Impl {
   int Write(lws* wsi, Connection& connection);
   void Start(lws* wsi, Connection& connection);
   PageAnswer CarryOut(const std::string& path, const std::string& body, const std::string& from,
-                      const std::atomic<bool>& given_up);
+                      const std::string& address, const std::atomic<bool>& given_up);
   void TakeFinished();
   void SetListening(lws_context_creation_info& info) const;
   void Run();
@@ -228,8 +228,8 @@ void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
   if (IsSocket() || lws_get_peer_simple(wsi, from.data(), from.size()) == nullptr) from = {"local"};
   doing->thread =
       std::thread([this, number = connection.number, path = connection.path, body = std::move(connection.body),
-                   peer = std::string(from.data()), &given_up = doing->given_up] {
-        PageAnswer answer = CarryOut(path, body, peer, given_up);
+                   peer = std::string(from.data()), address = connection.address, &given_up = doing->given_up] {
+        PageAnswer answer = CarryOut(path, body, peer, address, given_up);
         const std::lock_guard lock(mutex);
         finished.emplace_back(number, std::move(answer));
         lws_cancel_service(context);
@@ -238,7 +238,7 @@ void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
 }
 
 PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string& body, const std::string& from,
-                                     const std::atomic<bool>& given_up) {
+                                     const std::string& address, const std::atomic<bool>& given_up) {
   const HttpsClock::time_point begun = HttpsClock::now();
   const auto over = [&] { return given_up || stopping || HttpsClock::now() - begun > kJoinPatience; };
   absl::Status status;
@@ -247,8 +247,10 @@ PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string&
   if (path == kJoinPath) {
     const auto request = ReadJoinBody(body);
     if (request.ok()) subject = request->instance_id();
+    std::optional<std::string> stranger;
+    if (!IsSocket()) stranger = address;
     absl::StatusOr<v1::JoinInstanceResponse> joined =
-        request.ok() ? plane.Join(*request, over, /*stranger=*/!IsSocket()) : request.status();
+        request.ok() ? plane.Join(*request, over, stranger) : request.status();
     if (absl::IsCancelled(joined.status()) && !given_up && !stopping) {
       joined = absl::UnavailableError("instance: has not started yet; ask again, with a new ticket");
     }
@@ -330,7 +332,7 @@ int HttpsDoor::Impl::Write(lws* wsi, Connection& connection) {
       !add("cache-control:", "no-store") || !add("access-control-allow-origin:", "*") ||
       (connection.options &&
        (!add("access-control-allow-methods:", "POST") || !add("access-control-allow-headers:", "content-type"))) ||
-      (answer.status == 503 && !add("retry-after:", "5")) ||
+      (answer.retry_after_s > 0 && !add("retry-after:", std::to_string(answer.retry_after_s))) ||
       lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
     return -1;
   }

@@ -70,6 +70,22 @@ void AddSpan(CLI::App& app, const std::string& name, std::chrono::milliseconds& 
       ->default_str(fmt::format("{:g}", Seconds(span).count()));
 }
 
+// Joins a second, and at once.
+void AddGuestOptions(CLI::App& app, GuestLimits& guests) {
+  constexpr double kMostGuestRate = 1e6;
+  const auto add = [&](const std::string& name, const std::string& where, net::Rate& rate) {
+    app.add_option(name, rate.per_s,
+                   "joins a second of guests " + where + " at the players' doors, over a while; 0 is no limit")
+        ->check(CLI::Range(0.0, kMostGuestRate))
+        ->capture_default_str();
+    app.add_option(name + "-burst", rate.burst, "how many of these may come at once after a rest")
+        ->check(CLI::Range(1.0, kMostGuestRate))
+        ->capture_default_str();
+  };
+  add("--guests-per-address", "from one address, of IPv6 from one /64,", guests.of_address);
+  add("--guests-per-instance", "of one instance", guests.of_instance);
+}
+
 int Fail(const absl::Status& status) {
   std::fprintf(stderr, "tessera-control: %s\n", std::string(status.message()).c_str());
   return 1;
@@ -344,6 +360,7 @@ int main(int argc, char** argv) {
   CLI::Option* key =
       app.add_option("--players-key", flags.https.key, "PEM file with that certificate's key")->needs(certificate);
   certificate->needs(key);
+  control::AddGuestOptions(app, flags.settings.guests);
   app.add_option("--socket", flags.socket,
                  "path of the socket for this user and root; default control.sock in the state folder");
   app.add_option("--metrics-listen", flags.metrics_listen,

@@ -1,36 +1,18 @@
 #include "control_plane/open_connections.h"
 
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 
-#include <cstdint>
-#include <utility>
 #include <vector>
+
+#include "control_plane/counted_address.h"
 
 namespace tessera::control {
 namespace {
 
 // A full door asks for all of its connections no more often than that, however many knock: 4096 take a millisecond.
 constexpr std::chrono::milliseconds kBetweenFullSweeps{50};
-constexpr std::size_t kNetworkBytes = 8;  // a /64
 
 }  // namespace
-
-std::string CountedAddress(int socket_fd) {
-  sockaddr_storage peer{};
-  socklen_t size = sizeof peer;
-  if (getpeername(socket_fd, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return "";
-  if (peer.ss_family == AF_INET) {
-    const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
-    return {reinterpret_cast<const char*>(&v4.sin_addr), sizeof v4.sin_addr};
-  }
-  if (peer.ss_family != AF_INET6) return "";
-  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);
-  const char* bytes = reinterpret_cast<const char*>(&v6.sin6_addr);
-  if (IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) return {bytes + sizeof v6.sin6_addr - sizeof(in_addr), sizeof(in_addr)};
-  return {bytes, kNetworkBytes};
-}
 
 OpenConnections::Refusal OpenConnections::Take(int fd, Clock::time_point now) {
   Forget(fd);  // its number was free

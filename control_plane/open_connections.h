@@ -27,10 +27,6 @@ struct ConnectionLimits {
   std::size_t in_all = 4096;
 };
 
-// By this the connections of a socket's peer are counted: an IPv4 address, also in IPv6's form, as it is; an IPv6
-// address by its first 64 bits, for whoever has one of these has them all. Empty: the peer has no such address.
-std::string CountedAddress(int socket_fd);
-
 class OpenConnections {
  public:
   using Clock = std::chrono::steady_clock;

@@ -13,6 +13,8 @@
 #include <string>
 #include <utility>
 
+#include "control_plane/counted_address.h"
+
 namespace tessera::control {
 namespace {
 

@@ -169,9 +169,10 @@ class Cluster {
 
   // --- Players: see instance_players.h.
   // The first step of a join: whether the instance lets such a request in, and the ticket, if it has one, which is used
-  // up by it. `stranger`: the caller has proved nothing else. Errors are those of CheckGuest, Tickets and Bans.
+  // up by it. `stranger`: the caller has proved nothing else, and comes from there (CountedAddress), where that is
+  // known; nothing: it has. Errors are those of CheckGuest, GuestRates, Tickets and Bans.
   absl::StatusOr<std::optional<trust::Ticket>> TakeTicket(Now now, const v1::JoinInstanceRequest& request,
-                                                          bool stranger);
+                                                          const std::optional<std::string>& stranger);
   absl::Status BeginWait(Now now, const v1::JoinInstanceRequest& request);
   void EndWait(Now now, const std::string& instance_id);
   // Joins that wait for the instance's workers.
