@@ -96,8 +96,10 @@ absl::Status Agent::Prepare() {
   }
   auto token = telemetry::ReadMetricsToken(options_.metrics_token_file);
   if (!token.ok()) return token.status();
+  const auto tls = telemetry::ReadMetricsTls(options_.metrics_tls);
+  if (!tls.ok()) return tls.status();
   auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry(),
-                                                *std::move(token));
+                                                *std::move(token), *tls);
   if (!server.ok()) return server.status();
   metrics_server_ = *std::move(server);
   if (absl::Status status = host::MakePrivateFolder(state_->StatesPath()); !status.ok()) return status;

@@ -139,6 +139,12 @@ std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const
   if (!options_.metrics_token_file.empty()) {
     arguments.insert(arguments.end(), {"--metrics-token-file", options_.metrics_token_file});
   }
+  const telemetry::MetricsTlsFiles& tls = options_.metrics_tls;
+  for (const auto& [option, file] :
+       {std::pair("--metrics-tls-cert", tls.certificate), std::pair("--metrics-tls-key", tls.key),
+        std::pair("--metrics-tls-client-ca", tls.client_authority)}) {
+    if (!file.empty()) arguments.insert(arguments.end(), {option, file});
+  }
   const std::vector<std::string> sandbox = SandboxArguments(action.key);
   arguments.insert(arguments.end(), sandbox.begin(), sandbox.end());
   arguments.insert(arguments.end(), {"--log-file", state_->LogPath(IdentityOf(action.key))});

@@ -41,6 +41,7 @@ struct AgentFlags {
               state_dir = "/var/lib/tessera/agent";
   std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", metrics_token_file, region_binary, ready_file,
               game_modules, log_level;
+  telemetry::MetricsTlsFiles metrics_tls;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
   std::string worker_sandbox = "on";
@@ -77,6 +78,7 @@ void Declare(CLI::App& app, AgentFlags& f) {
   app.add_option("--metrics-token-file", f.metrics_token_file,
                  "file with a token that scrapers must show, to workers too; default none: whoever reaches the address "
                  "may ask");
+  telemetry::AddMetricsTlsOptions(app, f.metrics_tls);
   app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
   app.add_option("--game-modules", f.game_modules,
                  "folder of shared libraries that worlds may run as games, which are trusted; default none");
@@ -123,10 +125,14 @@ absl::Status CheckAddresses(const AgentFlags& f, AgentOptions& options) {
   if (!metrics.ok()) return metrics.status();
   options.metrics_host = metrics->host;
   options.metrics_port = metrics->port;
-  if (!f.metrics_token_file.empty()) {
-    // Workers get the path too, and the folder that they start in is theirs to choose.
-    options.metrics_token_file = std::filesystem::absolute(f.metrics_token_file).string();
-  }
+  // Workers get the paths too, and the folder that they start in is theirs to choose.
+  const auto whole = [](const std::string& path) {
+    return path.empty() ? path : std::filesystem::absolute(path).string();
+  };
+  options.metrics_token_file = whole(f.metrics_token_file);
+  options.metrics_tls = {.certificate = whole(f.metrics_tls.certificate),
+                         .key = whole(f.metrics_tls.key),
+                         .client_authority = whole(f.metrics_tls.client_authority)};
   return absl::OkStatus();
 }
 

@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "agent/ports.h"
+#include "telemetry/metrics_tls.h"
 
 namespace tessera::agent {
 
@@ -19,7 +20,8 @@ struct AgentOptions {
   std::string bind_address;  // workers listen on it
   std::string metrics_host = "127.0.0.1";
   std::uint16_t metrics_port = 7702;
-  std::string metrics_token_file;  // for this program and its workers; empty: none
+  std::string metrics_token_file;          // for this program and its workers; empty: none
+  telemetry::MetricsTlsFiles metrics_tls;  // likewise
   std::string region_binary;
   std::string ready_file;
   std::string game_modules;  // folder of native games; empty: none

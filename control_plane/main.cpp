@@ -34,6 +34,7 @@
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
+#include "telemetry/metrics_tls.h"
 #include "telemetry/metrics_token.h"
 
 namespace tessera::control {
@@ -44,6 +45,7 @@ struct ControlFlags {
   ConnectionLimits connections;
   HttpsFlags https;
   std::string metrics_listen = "127.0.0.1:7701", metrics_token_file;
+  telemetry::MetricsTlsFiles metrics_tls;
   std::string state_dir, checkpoints;
   std::string s3_endpoint, s3_region;
   std::optional<S3Settings> s3;  // where `checkpoints` names a bucket
@@ -97,7 +99,9 @@ absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const Contro
   if (!parsed.ok()) return parsed.status();
   auto token = telemetry::ReadMetricsToken(flags.metrics_token_file);
   if (!token.ok()) return token.status();
-  return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry(), *std::move(token));
+  const auto tls = telemetry::ReadMetricsTls(flags.metrics_tls);
+  if (!tls.ok()) return tls.status();
+  return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry(), *std::move(token), *tls);
 }
 
 // `doors`: as bound.
@@ -369,6 +373,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");
+  telemetry::AddMetricsTlsOptions(app, flags.metrics_tls);
   app.add_option("--state-dir", flags.state_dir,
                  "folder of the store, the seal and checkpoints; made if it is not there")
       ->required();
