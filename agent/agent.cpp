@@ -108,6 +108,7 @@ absl::Status Agent::Prepare() {
   if (const auto landlock = host::LandlockVersion(); options_.worker_sandbox && !landlock.ok()) {
     spdlog::warn("workers keep the files of this user missing={}", LogValue(std::string(landlock.status().message())));
   }
+  OpenCgroups();
   if (absl::Status status = Restore(); !status.ok()) return status;
 
   WorkerSocket::Callbacks callbacks;
@@ -199,6 +200,7 @@ void Agent::RestoreWorker(const WorkerRecord& record, bool same_boot) {
     spdlog::error("worker adopted without a folder for its states reason={}", LogValue(std::string(status.message())));
   }
   spdlog::info("worker adopted worker={} pid={}", LogValue(key.ToString()), process->pid());
+  MakeCgroup(key);  // an agent that starts anew takes the limits of all groups away for a moment
   supervisor_.Adopt(record);
   Watch(key, *std::move(process), record.log_path());
 }

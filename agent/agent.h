@@ -28,6 +28,7 @@
 #include "agent/state_files.h"
 #include "agent/supervisor.h"
 #include "agent/worker_socket.h"
+#include "host/cgroup.h"
 #include "host/process.h"
 #include "telemetry/metrics_server.h"
 
@@ -101,6 +102,8 @@ class Agent {
   void Watch(const WorkerKey& key, host::Process process, const std::string& log_path);
   std::vector<std::string> WorkerArguments(const SpawnWorker& action) const;
   std::vector<std::string> SandboxArguments(const WorkerKey& key) const;
+  void OpenCgroups();
+  std::string MakeCgroup(const WorkerKey& key);
   void SendExited(const v1::WorkerExited& exited);
   void WriteReadyFile();
   void EndWorkers();
@@ -122,6 +125,7 @@ class Agent {
   ContentCache contents_;
   StateFiles states_;
   std::map<WorkerKey, RunningProcess> processes_;
+  std::optional<host::DelegatedCgroup> cgroups_;  // nothing: workers have none of their own
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;
   std::map<WorkerKey, v1::InventoryReport> inventories_;  // answers in failovers not known to be resolved

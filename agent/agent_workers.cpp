@@ -26,6 +26,10 @@ using telemetry::LogValue;
 constexpr std::array kServiceVariables = {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID",
                                           "LISTEN_FDS",    "LISTEN_PID",    "LISTEN_FDNAMES"};
 
+std::string GroupOf(const WorkerKey& key) {
+  return absl::StrCat("worker-", key.instance_id, "-", key.region, "-", key.incarnation);
+}
+
 }  // namespace
 
 void Agent::OnWorkerMessage(ConnectionId connection, pid_t peer, const v1::WorkerMessage& message) {
@@ -102,6 +106,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
   }
   inventories_.erase(key);
   states_.Forget(key, state_->StatesPath());
+  if (cgroups_) cgroups_->Remove(GroupOf(key));
   supervisor_.Ended(key, status, std::move(lines));
   Settle();
   std::set<std::string> in_use;
@@ -163,6 +168,28 @@ std::vector<std::string> Agent::SandboxArguments(const WorkerKey& key) const {
   return arguments;
 }
 
+// Where there are none, the limits of the sandbox and of the unit hold.
+void Agent::OpenCgroups() {
+  if (!options_.worker_cgroups) return;
+  auto opened = host::DelegatedCgroup::Open();
+  if (!opened.ok()) {
+    spdlog::warn("workers have no control groups missing={}", LogValue(std::string(opened.status().message())));
+    return;
+  }
+  cgroups_ = *std::move(opened);
+}
+
+// Empty: it stays in the agent's.
+std::string Agent::MakeCgroup(const WorkerKey& key) {
+  if (!cgroups_) return "";
+  auto made =
+      cgroups_->Make(GroupOf(key), {.memory_bytes = options_.worker_memory_mb << 20, .tasks = options_.worker_tasks});
+  if (made.ok()) return *std::move(made);
+  spdlog::warn("worker has no control group worker={} reason={}", LogValue(key.ToString()),
+               LogValue(std::string(made.status().message())));
+  return "";
+}
+
 // --- What the supervisor wants ---
 
 void Agent::Settle() {
@@ -198,7 +225,8 @@ void Agent::Do(const SpawnWorker& action) {
       host::Process::Spawn({.argv = std::move(argv),
                             .log_path = log_path,
                             .parent_death_signal = options_.die_with_parent ? SIGKILL : 0,
-                            .without_environment = {kServiceVariables.begin(), kServiceVariables.end()}});
+                            .without_environment = {kServiceVariables.begin(), kServiceVariables.end()},
+                            .cgroup = MakeCgroup(action.key)});
   if (!process.ok()) return supervisor_.SpawnFailed(action.key, std::string(process.status().message()));
   spdlog::info("worker started worker={} pid={} ports={}-{}", LogValue(action.key.ToString()), process->pid(),
                action.first_port, action.first_port + kPortsPerWorker - 1);

@@ -23,6 +23,10 @@ inline constexpr int kPortAttempts = 16;
 // Game (UDP), region link (UDP), metrics (TCP).
 inline constexpr std::uint32_t kPortsPerWorker = 3;
 
+// Threads of a worker: it has one for steps, some for games, metrics and logs, and as many again as a machine has
+// processors where regions step in parallel. Fewer, and a large machine's workers do not start.
+inline constexpr std::uint32_t kUsualWorkerTasks = 512, kMostWorkerTasks = 32'768;
+
 // Between attempts to reach the control plane: doubles from the first to the last, each shortened by up to a fifth at
 // random, so that a thousand agents do not come back in one wave.
 inline constexpr Duration kFirstBackoff = std::chrono::milliseconds(50);

@@ -44,7 +44,8 @@ struct AgentFlags {
   telemetry::MetricsTlsFiles metrics_tls;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
-  std::string worker_sandbox = "on";
+  std::string worker_sandbox = "on", worker_cgroups = "off";
+  std::uint32_t worker_tasks = kUsualWorkerTasks;
   std::uint64_t worker_memory_mb = DefaultWorkerMegabytes();
   double certificate_hours = kDefaultCertificateHours;
   bool stop_workers = false, die_with_parent = false;
@@ -88,6 +89,14 @@ void Declare(CLI::App& app, AgentFlags& f) {
       ->capture_default_str();
   app.add_option("--worker-memory-mb", f.worker_memory_mb,
                  "address space of a worker in the sandbox; default half of the machine's memory; 0: no limit");
+  app.add_option("--worker-cgroups", f.worker_cgroups,
+                 "on: each worker has a control group of its own, which bounds memory that it really uses, and tasks; "
+                 "for a unit with Delegate=memory pids")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  app.add_option("--worker-tasks", f.worker_tasks, "threads of a worker in its control group; 0: no limit")
+      ->check(CLI::Range(std::uint32_t{0}, kMostWorkerTasks))
+      ->capture_default_str();
   app.add_option("--certificate-hours", f.certificate_hours,
                  "life of this host's certificate: it asks for the next one when two thirds of it are over")
       ->check(CLI::Range(kLeastCertificateHours, kMostCertificateHours))
@@ -219,6 +228,8 @@ absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {
   }
   options.worker_sandbox = f.worker_sandbox == "on";
   options.worker_memory_mb = f.worker_memory_mb;
+  options.worker_cgroups = f.worker_cgroups == "on";
+  options.worker_tasks = f.worker_tasks;
   options.certificate_life_s = f.certificate_hours * 3600;
   options.stop_workers = f.stop_workers;
   options.die_with_parent = f.die_with_parent;
