@@ -118,6 +118,7 @@ absl::Status Agent::Prepare() {
   callbacks.on_closed = [this, loop = loop_](ConnectionId connection) {
     loop->Post([this, connection] { OnWorkerClosed(connection); });
   };
+  callbacks.on_flood = [this, loop = loop_](pid_t peer) { loop->Post([this, peer] { OnWorkerFlood(peer); }); };
   auto socket = WorkerSocket::Serve(state_->SocketPath(), std::move(callbacks));
   if (!socket.ok()) return socket.status();
   socket_ = *std::move(socket);

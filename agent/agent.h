@@ -30,6 +30,7 @@
 #include "agent/worker_socket.h"
 #include "host/cgroup.h"
 #include "host/process.h"
+#include "telemetry/log_throttle.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::agent {
@@ -85,6 +86,7 @@ class Agent {
   void OnWorkerReport(ConnectionId connection, pid_t peer, const v1::WorkerReport& report);
   void PassOn(const WorkerKey& key, const v1::WorkerMessage& message);
   void OnWorkerClosed(ConnectionId connection);
+  void OnWorkerFlood(pid_t peer);
   void OnProcessEnd(const WorkerKey& key);
   void OnSignal();
 
@@ -125,6 +127,7 @@ class Agent {
   ContentCache contents_;
   StateFiles states_;
   std::map<WorkerKey, RunningProcess> processes_;
+  telemetry::LogThrottle floods_;
   std::optional<host::DelegatedCgroup> cgroups_;  // nothing: workers have none of their own
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;

@@ -87,6 +87,13 @@ void Agent::OnWorkerClosed(ConnectionId connection) {
   Settle();
 }
 
+void Agent::OnWorkerFlood(pid_t peer) {
+  metrics_.CutOff();
+  if (const auto left_out = floods_.Take(telemetry::LogThrottle::Clock::now())) {
+    spdlog::warn("worker cut off pid={} reason=\"it says more than a worker may\" more={}", peer, *left_out);
+  }
+}
+
 void Agent::Watch(const WorkerKey& key, host::Process process, const std::string& log_path) {
   const int pidfd = process.pidfd();
   processes_.insert_or_assign(key, RunningProcess{std::move(process), log_path});
