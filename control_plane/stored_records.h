@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,19 @@ std::string PlayersKey(std::uint64_t instance, std::uint32_t bucket);
 std::string SceneKey(std::string_view hash);
 std::string GameKey(std::string_view hash);
 bool IsSceneKey(std::string_view key);
+// A scene of more than kWholeSceneBytes lies in pieces, so that no write is large. They are stored before its record,
+// under a version that no other has, and never change; the record then says which they are.
+inline constexpr std::size_t kWholeSceneBytes = 1 << 20, kScenePieceBytes = 1 << 20;
+struct ScenePieces {
+  std::string version;
+  std::uint64_t bytes = 0;  // of the whole scene
+};
+std::vector<std::string> ScenePieceKeys(std::string_view hash, const ScenePieces& pieces);  // in order
+// What lies under SceneKey then; and back, nothing where a scene lies there itself.
+std::string SceneRecord(const ScenePieces& pieces);
+std::optional<ScenePieces> ReadSceneRecord(std::string_view value);
+// The content under this key, whole. NOT_FOUND: it, or a piece of it, is not there any more; DATA_LOSS names the key.
+absl::StatusOr<std::string> ReadContent(const Store& store, const std::string& key);
 // Files of meshes and their pieces; all their keys, and no others, begin with kVisualKeys.
 inline constexpr char kVisualKeys[] = "visual", kVisualPrefix[] = "visual/";
 std::string VisualKey(std::string_view sha256);
@@ -55,6 +69,7 @@ struct StoredRecord {
 struct StoredContent {
   std::string bytes;
   Revision revision = kAbsent;
+  std::optional<ScenePieces> pieces{};  // of a scene that lies in such
 };
 
 struct StoredPlayers {
@@ -67,6 +82,7 @@ struct StoredRecords {
   std::vector<StoredRecord<records::Host>> hosts;
   std::vector<StoredRecord<records::Instance>> instances;  // each with a map that can be read
   std::map<std::string, StoredContent> contents;           // by key
+  std::vector<std::string> stray_pieces;                   // keys of pieces that no scene's record names
   std::map<std::uint64_t, StoredPlayers> players;          // by the instance's number; none where it has none
 };
 

@@ -108,6 +108,12 @@ class Cluster {
   // --- Instances. Each answer is the instance as it is then.
   // kResourceExhausted when there is no room for all regions.
   absl::StatusOr<v1::Instance> CreateInstance(Now now, const InstancePlan& plan, bool validate_only);
+  // See ClusterState.
+  bool HoldScene(const std::string& hash) { return state_->HoldScene(hash); }
+  absl::Status AdoptScene(const std::string& hash, const ScenePieces& pieces) {
+    return state_->AdoptScene(hash, pieces);
+  }
+  void ReleaseScene(const std::string& hash) { state_->ReleaseScene(hash); }
   // Repeating it is fine: an instance that stops or has ended is returned as it is.
   absl::StatusOr<v1::Instance> DeleteInstance(Now now, const v1::DeleteInstanceRequest& request);
   // The work follows. FAILED_PRECONDITION unless the instance runs.

@@ -63,6 +63,7 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
       return status;
     }
   }
+  state->effects_.scene_pieces = std::move(stored->stray_pieces);
   for (const auto& [key, content] : stored->contents) {
     if (absl::Status status = state->AdoptContent(key, content); !status.ok()) return status;
   }
@@ -120,8 +121,9 @@ void ClusterState::FollowSeed(InstanceEntry& instance) {
 // replaced by some that know them.
 absl::Status ClusterState::AdoptContent(const std::string& key, const StoredContent& content) {
   const auto use = contents_.find(key);
-  if (use == contents_.end()) return absl::OkStatus();
+  if (use == contents_.end()) return DropStray(key, content);
   use->second.revision = content.revision;
+  use->second.pieces = content.pieces;
   if (!IsSceneKey(key)) return absl::OkStatus();
   for (InstanceEntry& instance : EachInstance()) {
     const bool taken = instance.record.properties_taken() && instance.record.world_properties_taken() &&
@@ -311,7 +313,7 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   for (const std::string& key : added) ++contents_[key].instances;
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
-    if (use != contents_.end() && --use->second.instances == 0) contents_.erase(use);
+    if (use != contents_.end() && --use->second.instances == 0) ForgetContent(use);
   }
   for (const std::uint32_t index : buckets) {
     instance.player_revisions[index] = players.bucket(index) == nullptr ? kAbsent : *written;
