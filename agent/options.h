@@ -31,7 +31,7 @@ struct AgentOptions {
   bool worker_sandbox = true;
   std::uint64_t worker_memory_mb = 0;  // each one's address space; 0: no limit
   bool worker_cgroups = false;         // each has a control group of its own
-  std::uint32_t worker_tasks = 0;      // of that group; 0: no limit
+  std::uint32_t worker_tasks = 0;      // in that group; 0: no limit
   double certificate_life_s = 90 * 86'400.0;
   bool stop_workers = false;
   bool die_with_parent = false;

@@ -49,7 +49,7 @@ struct FollowerDoor {
   FollowerDoor(Door door, const FollowerServer::Leader& leader) : service(door, leader) {}
   RedirectService service;
   std::unique_ptr<grpc::Server> server;   // ends before what it serves
-  std::unique_ptr<TcpListener> listener;  // of a TCP door; it ends before the server
+  std::unique_ptr<TcpListener> listener;  // a TCP door has one; it ends before the server
 };
 
 }  // namespace

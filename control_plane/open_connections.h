@@ -3,8 +3,8 @@
 //   if (const Refusal refusal = open.Take(fd, now); refusal != Refusal::kNone) close(fd);
 //
 // gRPC closes the descriptors that it was given without saying so. So a connection counts as long as its descriptor's
-// number leads to the same socket, for which the kernel is asked: all of one address when it has as many as it may, all
-// of the door when the door is full, and once in a while. No second descriptor is kept, and none counts twice.
+// number leads to the same socket, for which the kernel is asked: all of one address when it has as many as it may, and
+// all of the door when that is full, and once in a while. No second descriptor is kept, and none counts twice.
 //
 // Thread rule: one thread.
 #pragma once
@@ -23,7 +23,7 @@ namespace tessera::control {
 // Connections of one door at once. 64 is room for the hosts, gateways and backends behind one address; each connection
 // costs some 50 KB of memory and a descriptor while it is open, and the unit allows 65536 of these.
 struct ConnectionLimits {
-  std::size_t from_address = 64;  // of IPv4 one address, of IPv6 one /64
+  std::size_t from_address = 64;  // one IPv4 address, or one IPv6 /64
   std::size_t in_all = 4096;
 };
 

@@ -37,10 +37,10 @@ bool IsSceneKey(std::string_view key);
 inline constexpr std::size_t kWholeSceneBytes = 1 << 20, kScenePieceBytes = 1 << 20;
 struct ScenePieces {
   std::string version;
-  std::uint64_t bytes = 0;  // of the whole scene
+  std::uint64_t bytes = 0;  // the whole scene has so many
 };
 std::vector<std::string> ScenePieceKeys(std::string_view hash, const ScenePieces& pieces);  // in order
-// What lies under SceneKey then; and back, nothing where a scene lies there itself.
+// The record under SceneKey then; and back, nothing where a scene lies there itself.
 std::string SceneRecord(const ScenePieces& pieces);
 std::optional<ScenePieces> ReadSceneRecord(std::string_view value);
 // The content under this key, whole. NOT_FOUND: it, or a piece of it, is not there any more; DATA_LOSS names the key.
@@ -69,7 +69,7 @@ struct StoredRecord {
 struct StoredContent {
   std::string bytes;
   Revision revision = kAbsent;
-  std::optional<ScenePieces> pieces{};  // of a scene that lies in such
+  std::optional<ScenePieces> pieces{};  // a scene that lies in such has them
 };
 
 struct StoredPlayers {

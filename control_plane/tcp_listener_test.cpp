@@ -41,7 +41,7 @@ class TcpListenerTest : public ::testing::Test {
     CloseTaken();
     for (const int fd : dialled_) close(fd);
   }
-  // Whether it is greeted; else its connection was closed.
+  // True: it is greeted; else its connection was closed.
   bool Dial() {
     const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     dialled_.push_back(fd);
