@@ -47,7 +47,7 @@ struct ControlSettings {
   // instance of a level to the next. Shorter, and a level that is changed and tried again is sent anew each time.
   std::chrono::milliseconds keep_visuals{900'000};
   // How often strangers may join without a ticket.
-  GuestLimits guests;
+  GuestLimits guests{};
   // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
   std::string release;
 };
