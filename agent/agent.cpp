@@ -97,8 +97,10 @@ absl::Status Agent::Prepare() {
   }
   auto token = telemetry::ReadMetricsToken(options_.metrics_token_file);
   if (!token.ok()) return token.status();
+  const auto tls = telemetry::ReadMetricsTls(options_.metrics_tls);
+  if (!tls.ok()) return tls.status();
   auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry(),
-                                                *std::move(token));
+                                                *std::move(token), *tls);
   if (!server.ok()) return server.status();
   metrics_server_ = *std::move(server);
   if (absl::Status status = host::MakePrivateFolder(state_->StatesPath()); !status.ok()) return status;
@@ -107,6 +109,7 @@ absl::Status Agent::Prepare() {
   if (const auto landlock = host::LandlockVersion(); options_.worker_sandbox && !landlock.ok()) {
     spdlog::warn("workers keep the files of this user missing={}", LogValue(std::string(landlock.status().message())));
   }
+  OpenCgroups();
   if (absl::Status status = Restore(); !status.ok()) return status;
 
   WorkerSocket::Callbacks callbacks;
@@ -116,6 +119,7 @@ absl::Status Agent::Prepare() {
   callbacks.on_closed = [this, loop = loop_](ConnectionId connection) {
     loop->Post([this, connection] { OnWorkerClosed(connection); });
   };
+  callbacks.on_flood = [this, loop = loop_](pid_t peer) { loop->Post([this, peer] { OnWorkerFlood(peer); }); };
   auto socket = WorkerSocket::Serve(state_->SocketPath(), std::move(callbacks));
   if (!socket.ok()) return socket.status();
   socket_ = *std::move(socket);
@@ -224,6 +228,7 @@ void Agent::AdoptProcess(const WorkerRecord& record, host::Process process) {
     spdlog::error("worker adopted without a folder for its states reason={}", LogValue(std::string(status.message())));
   }
   spdlog::info("worker adopted worker={} pid={}", LogValue(key.ToString()), process.pid());
+  MakeCgroup(key);  // an agent that starts anew takes the limits of all groups away for a moment
   supervisor_.Adopt(record);
   Watch(key, std::move(process), record.log_path());
 }

@@ -31,7 +31,9 @@
 #include "agent/state_files.h"
 #include "agent/supervisor.h"
 #include "agent/worker_socket.h"
+#include "host/cgroup.h"
 #include "host/process.h"
+#include "telemetry/log_throttle.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::agent {
@@ -91,6 +93,7 @@ class Agent {
   void OnWorkerReport(ConnectionId connection, pid_t peer, const v1::WorkerReport& report);
   void PassOn(const WorkerKey& key, const v1::WorkerMessage& message);
   void OnWorkerClosed(ConnectionId connection);
+  void OnWorkerFlood(pid_t peer);
   void OnProcessEnd(const WorkerKey& key);
   void OnSignal();
 
@@ -108,6 +111,8 @@ class Agent {
   void Watch(const WorkerKey& key, host::Process process, const std::string& log_path);
   std::vector<std::string> WorkerArguments(const SpawnWorker& action) const;
   std::vector<std::string> SandboxArguments(const WorkerKey& key) const;
+  void OpenCgroups();
+  std::string MakeCgroup(const WorkerKey& key);
   void SendExited(const v1::WorkerExited& exited);
   void WriteReadyFile();
   void EndWorkers();
@@ -130,6 +135,8 @@ class Agent {
   StateFiles states_;
   std::map<WorkerKey, RunningProcess> processes_;
   std::set<WorkerKey> found_;  // adopted by their processes alone, and not attached yet
+  telemetry::LogThrottle floods_;
+  std::optional<host::DelegatedCgroup> cgroups_;  // nothing: workers have none of their own
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;
   std::map<WorkerKey, v1::InventoryReport> inventories_;  // answers in failovers not known to be resolved

@@ -237,6 +237,13 @@ TEST_F(AgentAdmissionTest, AMetricsTokenIsAskedForAndItsFileIsGivenToWorkers) {
   EXPECT_THAT(*command_line, Not(HasSubstr(token))) << "others on this machine see it";
 }
 
+TEST_F(AgentAdmissionTest, AMetricsCertificateThatIsNotThereEndsItByName) {
+  const auto agent = StartAgent({"--join-token", "good-token", "--metrics-tls-cert", folder_ + "/none.pem",
+                                 "--metrics-tls-key", folder_ + "/none.key"});
+  EXPECT_EQ(agent->Wait(), Exited(2));
+  EXPECT_THAT(agent->Output(), HasSubstr("--metrics-tls-cert "));
+}
+
 TEST_F(AgentAdmissionTest, AMetricsTokenFileThatIsNotThereEndsItByName) {
   const auto agent = StartAgent({"--join-token", "good-token", "--metrics-token-file", folder_ + "/none"});
   EXPECT_EQ(agent->Wait(), Exited(2));

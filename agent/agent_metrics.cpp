@@ -31,6 +31,8 @@ AgentMetrics::AgentMetrics()
           Gauge(*registry_, "tessera_agent_certificate_life_seconds", "Whole life of this host's certificate")),
       starts_(Counter(*registry_, "tessera_agent_worker_starts_total", "Workers started")),
       heartbeats_(Counter(*registry_, "tessera_agent_heartbeats_total", "Heartbeats sent")),
+      cut_off_(Counter(*registry_, "tessera_agent_workers_cut_off_total",
+                       "Connections of workers that were ended because they said too much")),
       clean_(Counter(*registry_, kExits, kExitsHelp, {{"result", "clean"}})),
       error_(Counter(*registry_, kExits, kExitsHelp, {{"result", "error"}})),
       signal_(Counter(*registry_, kExits, kExitsHelp, {{"result", "signal"}})) {}

@@ -22,6 +22,8 @@ class AgentMetrics {
   void Started() { starts_.Increment(); }
   void Exited(ExitResult result);
   void Heartbeat() { heartbeats_.Increment(); }
+  // A worker's connection was ended, for it said too much.
+  void CutOff() { cut_off_.Increment(); }
   // Seconds that are left of this host's certificate, of how many. Both are 0 where it has none.
   void SetCertificate(double left_s, double life_s) {
     certificate_left_.Set(left_s);
@@ -31,7 +33,7 @@ class AgentMetrics {
  private:
   std::shared_ptr<prometheus::Registry> registry_;
   prometheus::Gauge &workers_, &connected_, &state_failing_, &certificate_left_, &certificate_life_;
-  prometheus::Counter &starts_, &heartbeats_, &clean_, &error_, &signal_;
+  prometheus::Counter &starts_, &heartbeats_, &cut_off_, &clean_, &error_, &signal_;
 };
 
 }  // namespace tessera::agent

@@ -26,6 +26,10 @@ using telemetry::LogValue;
 constexpr std::array kServiceVariables = {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID",
                                           "LISTEN_FDS",    "LISTEN_PID",    "LISTEN_FDNAMES"};
 
+std::string GroupOf(const WorkerKey& key) {
+  return absl::StrCat("worker-", key.instance_id, "-", key.region, "-", key.incarnation);
+}
+
 }  // namespace
 
 void Agent::OnWorkerMessage(ConnectionId connection, pid_t peer, const v1::WorkerMessage& message) {
@@ -84,6 +88,13 @@ void Agent::OnWorkerClosed(ConnectionId connection) {
   Settle();
 }
 
+void Agent::OnWorkerFlood(pid_t peer) {
+  metrics_.CutOff();
+  if (const auto left_out = floods_.Take(telemetry::LogThrottle::Clock::now())) {
+    spdlog::warn("worker cut off pid={} reason=\"it says more than a worker may\" more={}", peer, *left_out);
+  }
+}
+
 void Agent::Watch(const WorkerKey& key, host::Process process, const std::string& log_path) {
   const int pidfd = process.pidfd();
   processes_.insert_or_assign(key, RunningProcess{std::move(process), log_path});
@@ -104,6 +115,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
   inventories_.erase(key);
   NoteFoundAttached(key);  // or never will be
   states_.Forget(key, state_->StatesPath());
+  if (cgroups_) cgroups_->Remove(GroupOf(key));
   supervisor_.Ended(key, status, std::move(lines));
   Settle();
   std::set<std::string> in_use;
@@ -141,6 +153,12 @@ std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const
   if (!options_.metrics_token_file.empty()) {
     arguments.insert(arguments.end(), {"--metrics-token-file", options_.metrics_token_file});
   }
+  const telemetry::MetricsTlsFiles& tls = options_.metrics_tls;
+  for (const auto& [option, file] :
+       {std::pair("--metrics-tls-cert", tls.certificate), std::pair("--metrics-tls-key", tls.key),
+        std::pair("--metrics-tls-client-ca", tls.client_authority)}) {
+    if (!file.empty()) arguments.insert(arguments.end(), {option, file});
+  }
   const std::vector<std::string> sandbox = SandboxArguments(action.key);
   arguments.insert(arguments.end(), sandbox.begin(), sandbox.end());
   arguments.insert(arguments.end(), {"--log-file", state_->LogPath(IdentityOf(action.key))});
@@ -157,6 +175,28 @@ std::vector<std::string> Agent::SandboxArguments(const WorkerKey& key) const {
     if (!folder.empty()) arguments.insert(arguments.end(), {"--readable", folder});
   }
   return arguments;
+}
+
+// Where there are none, the limits of the sandbox and of the unit hold.
+void Agent::OpenCgroups() {
+  if (!options_.worker_cgroups) return;
+  auto opened = host::DelegatedCgroup::Open();
+  if (!opened.ok()) {
+    spdlog::warn("workers have no control groups missing={}", LogValue(std::string(opened.status().message())));
+    return;
+  }
+  cgroups_ = *std::move(opened);
+}
+
+// Empty: it stays in the agent's.
+std::string Agent::MakeCgroup(const WorkerKey& key) {
+  if (!cgroups_) return "";
+  auto made =
+      cgroups_->Make(GroupOf(key), {.memory_bytes = options_.worker_memory_mb << 20, .tasks = options_.worker_tasks});
+  if (made.ok()) return *std::move(made);
+  spdlog::warn("worker has no control group worker={} reason={}", LogValue(key.ToString()),
+               LogValue(std::string(made.status().message())));
+  return "";
 }
 
 // --- What the supervisor wants ---
@@ -194,7 +234,8 @@ void Agent::Do(const SpawnWorker& action) {
       host::Process::Spawn({.argv = std::move(argv),
                             .log_path = log_path,
                             .parent_death_signal = options_.die_with_parent ? SIGKILL : 0,
-                            .without_environment = {kServiceVariables.begin(), kServiceVariables.end()}});
+                            .without_environment = {kServiceVariables.begin(), kServiceVariables.end()},
+                            .cgroup = MakeCgroup(action.key)});
   if (!process.ok()) return supervisor_.SpawnFailed(action.key, std::string(process.status().message()));
   spdlog::info("worker started worker={} pid={} ports={}-{}", LogValue(action.key.ToString()), process->pid(),
                action.first_port, action.first_port + kPortsPerWorker - 1);

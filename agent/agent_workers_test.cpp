@@ -1,5 +1,6 @@
 // The agent and its workers: the real program and real processes.
 #include <grpcpp/grpcpp.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -12,6 +13,7 @@
 #include "core/game/game_file.h"
 #include "gmock/gmock.h"
 #include "host/files.h"
+#include "telemetry/http_get.h"
 #include "tessera/v1/scene.pb.h"
 #include "tessera/v1/worker_link.grpc.pb.h"
 
@@ -94,6 +96,31 @@ TEST_F(AgentWorkersTest, NobodySpeaksForAnotherWorker) {
   control_.SetDesired({Order(1, 2), Order(2)});
   ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.reports.at(1).order_revision() == 2; }));
   EXPECT_EQ(control_.record().reports.at(1).failure(), "");
+}
+
+// As one that was taken over: it need not even say who it is.
+TEST_F(AgentWorkersTest, AWorkerThatTalksWithoutEndIsCutOffAndOthersAreServed) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  HoldWorkers();
+  const auto stub = v1::WorkerLinkService::NewStub(
+      grpc::CreateChannel("unix:" + state_dir_ + "/agent.sock", grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  const auto stream = stub->Attach(&context);
+  v1::WorkerMessage lease;
+  lease.mutable_lease();
+  int sent = 0;
+  constexpr int kFlood = 200'000;
+  while (sent < kFlood && stream->Write(lease)) ++sent;
+  EXPECT_LT(sent, kFlood);
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  control_.SetDesired({Order(1, 2)});
+  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.reports.at(1).order_revision() == 2; }));
+  const std::string address = "127.0.0.1:" + std::to_string(control_.record().hellos.at(0).metrics_port());
+  EXPECT_THAT(telemetry::HttpGet(address, "/metrics").value().body,
+              HasSubstr("tessera_agent_workers_cut_off_total 1\n"));
+  EXPECT_THAT(agent->Output(), HasSubstr("worker cut off pid=" + std::to_string(getpid())));
 }
 
 // Its own folder is its only one: states of other worlds on the host are not for it.

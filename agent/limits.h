@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "net/token_bucket.h"
+
 namespace tessera::agent {
 
 using Clock = std::chrono::steady_clock;
@@ -26,6 +28,10 @@ inline constexpr int kExitPortInUse = 98;
 inline constexpr int kPortAttempts = 16;
 // Game (UDP), region link (UDP), metrics (TCP).
 inline constexpr std::uint32_t kPortsPerWorker = 3;
+
+// Threads of a worker: it has one for steps, some for games, metrics and logs, and as many again as a machine has
+// processors where regions step in parallel. Fewer, and a large machine's workers do not start.
+inline constexpr std::uint32_t kUsualWorkerTasks = 512, kMostWorkerTasks = 32'768;
 
 // Between attempts to reach the control plane: doubles from the first to the last, each shortened by up to a fifth at
 // random, so that a thousand agents do not come back in one wave.
@@ -60,6 +66,10 @@ inline constexpr int kMaxMessageBytes = 256 << 20;
 // host from it.
 inline constexpr int kMaxWorkerMessageBytes = 32 << 20;
 inline constexpr std::size_t kMaxReportBytes = std::size_t{2} << 20;
+// And so much over time: a report when something changed, at most one a tick, and leases. Lower, and a busy worker's
+// connection is ended, for which it dials anew; higher, and one that was taken over takes the others' time.
+inline constexpr net::Rate kWorkerMessages{.per_s = 1000, .burst = 5000};
+inline constexpr net::Rate kWorkerBytes{.per_s = 16.0 * 1024 * 1024, .burst = 128.0 * 1024 * 1024};
 
 // The files of the state folder: host.json is small, workers.json grows with workers and what they report. Above, the
 // file was not written by an agent.

@@ -41,9 +41,11 @@ struct AgentFlags {
               state_dir = "/var/lib/tessera/agent";
   std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", metrics_token_file, region_binary, ready_file,
               game_modules, log_level;
+  telemetry::MetricsTlsFiles metrics_tls;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
-  std::string worker_sandbox = "on";
+  std::string worker_sandbox = "on", worker_cgroups = "off";
+  std::uint32_t worker_tasks = kUsualWorkerTasks;
   std::uint64_t worker_memory_mb = DefaultWorkerMegabytes();
   double certificate_hours = kDefaultCertificateHours;
   bool stop_workers = false, die_with_parent = false;
@@ -77,6 +79,7 @@ void Declare(CLI::App& app, AgentFlags& f) {
   app.add_option("--metrics-token-file", f.metrics_token_file,
                  "file with a token that scrapers must show, to workers too; default none: whoever reaches the address "
                  "may ask");
+  telemetry::AddMetricsTlsOptions(app, f.metrics_tls);
   app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
   app.add_option("--game-modules", f.game_modules,
                  "folder of shared libraries that worlds may run as games, which are trusted; default none");
@@ -86,6 +89,14 @@ void Declare(CLI::App& app, AgentFlags& f) {
       ->capture_default_str();
   app.add_option("--worker-memory-mb", f.worker_memory_mb,
                  "address space of a worker in the sandbox; default half of the machine's memory; 0: no limit");
+  app.add_option("--worker-cgroups", f.worker_cgroups,
+                 "on: each worker has a control group of its own, which bounds memory that it really uses, and tasks; "
+                 "for a unit with Delegate=memory pids")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  app.add_option("--worker-tasks", f.worker_tasks, "threads of a worker in its control group; 0: no limit")
+      ->check(CLI::Range(std::uint32_t{0}, kMostWorkerTasks))
+      ->capture_default_str();
   app.add_option("--certificate-hours", f.certificate_hours,
                  "life of this host's certificate: it asks for the next one when two thirds of it are over")
       ->check(CLI::Range(kLeastCertificateHours, kMostCertificateHours))
@@ -123,10 +134,14 @@ absl::Status CheckAddresses(const AgentFlags& f, AgentOptions& options) {
   if (!metrics.ok()) return metrics.status();
   options.metrics_host = metrics->host;
   options.metrics_port = metrics->port;
-  if (!f.metrics_token_file.empty()) {
-    // Workers get the path too, and the folder that they start in is theirs to choose.
-    options.metrics_token_file = std::filesystem::absolute(f.metrics_token_file).string();
-  }
+  // Workers get the paths too, and the folder that they start in is theirs to choose.
+  const auto whole = [](const std::string& path) {
+    return path.empty() ? path : std::filesystem::absolute(path).string();
+  };
+  options.metrics_token_file = whole(f.metrics_token_file);
+  options.metrics_tls = {.certificate = whole(f.metrics_tls.certificate),
+                         .key = whole(f.metrics_tls.key),
+                         .client_authority = whole(f.metrics_tls.client_authority)};
   return absl::OkStatus();
 }
 
@@ -213,6 +228,8 @@ absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {
   }
   options.worker_sandbox = f.worker_sandbox == "on";
   options.worker_memory_mb = f.worker_memory_mb;
+  options.worker_cgroups = f.worker_cgroups == "on";
+  options.worker_tasks = f.worker_tasks;
   options.certificate_life_s = f.certificate_hours * 3600;
   options.stop_workers = f.stop_workers;
   options.die_with_parent = f.die_with_parent;

@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "agent/ports.h"
+#include "telemetry/metrics_tls.h"
 
 namespace tessera::agent {
 
@@ -19,7 +20,8 @@ struct AgentOptions {
   std::string bind_address;  // workers listen on it
   std::string metrics_host = "127.0.0.1";
   std::uint16_t metrics_port = 7702;
-  std::string metrics_token_file;  // for this program and its workers; empty: none
+  std::string metrics_token_file;          // for this program and its workers; empty: none
+  telemetry::MetricsTlsFiles metrics_tls;  // likewise
   std::string region_binary;
   std::string ready_file;
   std::string game_modules;  // folder of native games; empty: none
@@ -28,6 +30,8 @@ struct AgentOptions {
   std::uint32_t capacity = 0;
   bool worker_sandbox = true;
   std::uint64_t worker_memory_mb = 0;  // each one's address space; 0: no limit
+  bool worker_cgroups = false;         // each has a control group of its own
+  std::uint32_t worker_tasks = 0;      // in that group; 0: no limit
   double certificate_life_s = 90 * 86'400.0;
   bool stop_workers = false;
   bool die_with_parent = false;

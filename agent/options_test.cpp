@@ -39,6 +39,15 @@ TEST(OptionsTest, DefaultsFitOneMachine) {
   EXPECT_DOUBLE_EQ(options.certificate_life_s, 90 * 86'400);
 }
 
+TEST(OptionsTest, ControlGroupsOfWorkersAreOffUnlessToldAndThenHaveAnEnd) {
+  EXPECT_FALSE(Parse({})->worker_cgroups);
+  const AgentOptions options = Parse({"--worker-cgroups", "on", "--worker-tasks", "64"}).value();
+  EXPECT_TRUE(options.worker_cgroups);
+  EXPECT_EQ(options.worker_tasks, 64U);
+  EXPECT_EQ(Parse({"--worker-cgroups", "on"})->worker_tasks, kUsualWorkerTasks);
+  EXPECT_FALSE(Parse({"--worker-tasks", "40000"}).ok());
+}
+
 TEST(OptionsTest, TheFolderOfNativeGamesMustBeThere) {
   EXPECT_EQ(Parse({})->game_modules, "");
   EXPECT_EQ(Parse({"--game-modules", "/tmp/../tmp"})->game_modules, "/tmp");

@@ -15,6 +15,7 @@
 #include "agent/grpc_status.h"
 #include "agent/limits.h"
 #include "agent/peer_listener.h"
+#include "agent/worker_budget.h"
 #include "tessera/v1/worker_link.grpc.pb.h"
 
 namespace tessera::agent {
@@ -138,6 +139,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   }
 
   const Callbacks& callbacks() const { return callbacks_; }
+  WorkerBudget& budget() { return budget_; }
   void Forget(ConnectionId id) {
     std::shared_ptr<WorkerConnection> last;  // destroyed after the lock is given back
     {
@@ -147,6 +149,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
       connections_.erase(found);
     }
     callbacks_.on_closed(id);
+    budget_.Prune(Clock::now());
   }
 
  private:
@@ -163,6 +166,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   }
 
   Callbacks callbacks_;
+  WorkerBudget budget_;
   std::unique_ptr<grpc::Server> server_;
   std::mutex mutex_;  // guards what follows
   ConnectionId next_id_ = 1;
@@ -172,6 +176,10 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
 
 void WorkerConnection::OnReadDone(bool ok) {
   if (!ok) return End(absl::OkStatus());
+  if (!server_.budget().Take(peer_, Clock::now(), incoming_.ByteSizeLong())) {
+    server_.callbacks().on_flood(peer_);
+    return End(absl::ResourceExhaustedError("a worker says no more than that to its agent"));
+  }
   server_.callbacks().on_message(id_, peer_, std::move(incoming_));
   incoming_.Clear();
   {

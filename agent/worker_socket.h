@@ -29,6 +29,8 @@ class WorkerSocket {
   struct Callbacks {
     std::function<void(ConnectionId, pid_t peer, v1::WorkerMessage)> on_message;  // 0: nobody knows who
     std::function<void(ConnectionId)> on_closed;
+    // This process said more than WorkerBudget lets it: its connection is being ended.
+    std::function<void(pid_t peer)> on_flood = [](pid_t) {};
   };
   // UNAVAILABLE if the socket cannot be made. A file at `path` is replaced.
   static absl::StatusOr<std::unique_ptr<WorkerSocket>> Serve(const std::string& path, Callbacks callbacks);

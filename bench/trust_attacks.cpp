@@ -30,6 +30,7 @@ std::vector<TrustAttack> Attacks(const TrustSize& size) {
       {"plain", [](const Target& t, const std::string&) { return support::SpeakPlainText(t); }},
       {"tokens", [](const Target& t, const std::string&) { return support::ShowLongTokens(t, 8, 60U << 20); }},
       {"requests", [](const Target& t, const std::string&) { return support::AskAtLength(t, 16, 60U << 20); }},
+      {"connections", [](const Target& t, const std::string&) { return support::HoldConnections(t, 300, 64); }},
       {"silence", [](const Target& t, const std::string&) { return support::SayNothing(t, 100); }},
       {"imports",
        [=](const Target& t, const std::string&) {
@@ -126,7 +127,8 @@ double GrowthRatio(const TrustStage& stage, std::uint32_t times, const std::func
 
 absl::Status RunChurn(const TrustSize& size, Report& report) {
   {
-    TrustStage stage;
+    // All of them join, for it is what they leave behind that counts.
+    TrustStage stage({"--guests-per-address", "0", "--guests-per-instance", "0"});
     const std::string world = stage.CreateWorld(false);
     constexpr int kThreads = 4, kEach = 25;
     const std::uint32_t rounds = std::max(10U, size.churn_joins / (kThreads * kEach));

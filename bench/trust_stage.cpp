@@ -1,6 +1,7 @@
 #include "bench/trust_stage.h"
 
 #include <cmath>
+#include <utility>
 
 #include "core/world/scene_io.h"
 #include "local_cluster/instance_state.h"
@@ -41,9 +42,13 @@ v1::Scene SquareFor(std::uint32_t players) {
 
 }  // namespace
 
-TrustStage::TrustStage()
-    : cluster_(std::make_unique<local::LocalCluster>(local::LocalClusterOptions{
-          .state_dir = folder_.path(), .listen = "127.0.0.1:0", .players_listen = "127.0.0.1:0", .capacity = 8})),
+TrustStage::TrustStage(std::vector<std::string> control_arguments)
+    : cluster_(std::make_unique<local::LocalCluster>(
+          local::LocalClusterOptions{.state_dir = folder_.path(),
+                                     .listen = "127.0.0.1:0",
+                                     .players_listen = "127.0.0.1:0",
+                                     .capacity = 8,
+                                     .control_arguments = std::move(control_arguments)})),
       connection_(std::make_unique<local::Connection>(cluster_->control_address())) {
   const auto authority = connection_->Call("cluster authority", connection_->access(),
                                            &v1::AccessService::Stub::GetAuthority, v1::GetAuthorityRequest());

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "host/temporary_folder.h"
 #include "local_cluster/connection.h"
@@ -15,7 +16,7 @@ namespace tessera::bench {
 
 class TrustStage {
  public:
-  TrustStage();
+  explicit TrustStage(std::vector<std::string> control_arguments = {});
 
   const support::Target& target() const { return target_; }
   local::Connection& connection() { return *connection_; }

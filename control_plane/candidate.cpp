@@ -81,7 +81,7 @@ absl::Status Candidate::OpenFollowersDoors() {
     if (!opened.ok()) return opened.status();
     authority = *std::move(opened);
   }
-  auto doors = FollowerServer::Start(settings_.doors, authority, [this] {
+  auto doors = FollowerServer::Start(settings_.doors, authority, metrics_, [this] {
     const std::lock_guard lock(mutex_);
     return leader_;
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/ascii.h"
+#include "control_plane/retry_after.h"
 
 namespace tessera::control {
 namespace {
@@ -125,6 +126,14 @@ ControlMetrics::ControlMetrics()
                     .Name("tessera_control_sessions_total")
                     .Help("joins, by result")
                     .Register(*registry_)),
+      connections_(prometheus::BuildGauge()
+                       .Name("tessera_control_connections")
+                       .Help("connections that are open, by the door")
+                       .Register(*registry_)),
+      refused_connections_(prometheus::BuildCounter()
+                               .Name("tessera_control_refused_connections_total")
+                               .Help("connections that were closed at once, by the door and what was full")
+                               .Register(*registry_)),
       rpc_seconds_(prometheus::BuildHistogram()
                        .Name("tessera_control_rpc_seconds")
                        .Help("time to answer a call")
@@ -145,7 +154,11 @@ ControlMetrics::ControlMetrics()
                  .Register(*registry_)
                  .Add({})) {
   for (const char* result : {"placed", "no_room", "failed"}) placements_.Add({{"result", result}});
-  for (const char* result : {"joined", "refused", "gave_up"}) sessions_.Add({{"result", result}});
+  for (const char* result : {"joined", "refused", "limited", "gave_up"}) sessions_.Add({{"result", result}});
+  for (const char* door : {"operators", "players"}) {
+    connections_.Add({{"door", door}});
+    for (const char* reason : {"address", "door"}) refused_connections_.Add({{"door", door}, {"reason", reason}});
+  }
   for (const char* method : kMethods) rpc_seconds_.Add({{"method", method}}, kRpcBuckets);
 }
 
@@ -156,7 +169,17 @@ void ControlMetrics::CountPlacement(const absl::Status& status) {
 
 void ControlMetrics::CountSession(const absl::Status& status) {
   const bool gave_up = absl::IsCancelled(status) || absl::IsDeadlineExceeded(status);
-  sessions_.Add({{"result", status.ok() ? "joined" : gave_up ? "gave_up" : "refused"}}).Increment();
+  const bool limited = RetryAfterOf(status).has_value();
+  const char* result = status.ok() ? "joined" : gave_up ? "gave_up" : limited ? "limited" : "refused";
+  sessions_.Add({{"result", result}}).Increment();
+}
+
+void ControlMetrics::SetConnections(const std::string& door, std::size_t open) {
+  connections_.Add({{"door", door}}).Set(static_cast<double>(open));
+}
+
+void ControlMetrics::CountRefusedConnection(const std::string& door, const std::string& reason) {
+  refused_connections_.Add({{"door", door}, {"reason", reason}}).Increment();
 }
 
 void ControlMetrics::ObserveFailover(std::chrono::nanoseconds took) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -26,12 +27,16 @@ class ControlMetrics {
   void SetLeads(bool leads) { leads_.Set(leads ? 1 : 0); }
   // By result: placed, no_room, failed.
   void CountPlacement(const absl::Status& status);
-  // By result: joined, refused, gave_up.
+  // By result: joined, refused, limited (too many guests at once), gave_up.
   void CountSession(const absl::Status& status);
   // `took`: from the failover's map to the last region that runs by it.
   void ObserveFailover(std::chrono::nanoseconds took);
   // One write to the store, whether it succeeded or not.
   void ObserveWrite(std::chrono::nanoseconds took);
+  // `door`: "operators" or "players". Connections that are open there now.
+  void SetConnections(const std::string& door, std::size_t open);
+  // `reason`: "address", which has as many as it may, or "door".
+  void CountRefusedConnection(const std::string& door, const std::string& reason);
   // `method`: "HostService/AddHost".
   void ObserveRpc(const std::string& method, std::chrono::nanoseconds took);
 
@@ -39,6 +44,8 @@ class ControlMetrics {
   std::shared_ptr<prometheus::Registry> registry_;
   prometheus::Family<prometheus::Counter>& placements_;
   prometheus::Family<prometheus::Counter>& sessions_;
+  prometheus::Family<prometheus::Gauge>& connections_;
+  prometheus::Family<prometheus::Counter>& refused_connections_;
   prometheus::Family<prometheus::Histogram>& rpc_seconds_;
   prometheus::Histogram& failover_seconds_;
   prometheus::Histogram& write_seconds_;

@@ -74,6 +74,7 @@ void ControlPlane::Publish() {
   pending_.forgotten.insert(pending_.forgotten.end(), effects.forgotten.begin(), effects.forgotten.end());
   pending_.restore.insert(effects.restore.begin(), effects.restore.end());
   pending_.visuals.insert(effects.visuals.begin(), effects.visuals.end());
+  pending_.scene_pieces.insert(pending_.scene_pieces.end(), effects.scene_pieces.begin(), effects.scene_pieces.end());
   if (!pending_.empty()) files_wake_.notify_all();
   if (!effects.failovers.empty()) {
     const std::lock_guard kept(kept_mutex_);
@@ -201,6 +202,12 @@ absl::StatusOr<v1::Instance> ControlPlane::CreateInstance(const v1::CreateInstan
   if (!plan.ok()) return plan.status();
   if (request.spec().has_game()) {
     if (absl::Status status = CheckNames(request.spec().game(), *plan->scene); !status.ok()) return status;
+  }
+  std::unique_ptr<StagedScene> staged;
+  if (!request.validate_only()) {
+    auto stored = StageScene(plan->scene_hash, plan->contents.scene);
+    if (!stored.ok()) return stored.status();
+    staged = *std::move(stored);
   }
   return Call([&](Cluster& cluster, Now now) { return cluster.CreateInstance(now, *plan, request.validate_only()); });
 }
@@ -332,9 +339,7 @@ absl::StatusOr<v1::SetGameResponse> ControlPlane::SetGame(const v1::SetGameReque
 absl::StatusOr<std::string> ControlPlane::ContentBytes(const std::string& key) {
   const bool used = Call([&](Cluster& cluster, Now) { return cluster.state().ContentInUse(key); });
   // It is read outside the lock because it can be large.
-  const auto entry = used ? store_.Get(key) : absl::NotFoundError("");
-  if (!entry.ok()) return entry.status();
-  return entry->value;
+  return used ? ReadContent(store_, key) : absl::NotFoundError("");
 }
 
 absl::StatusOr<std::string> ControlPlane::SceneBytes(const std::string& hash) {
@@ -375,7 +380,8 @@ absl::Status ControlPlane::CheckTicketsSignature(const std::string& ticket) {
 }
 
 absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstanceRequest& request,
-                                                            const std::function<bool()>& given_up, bool stranger) {
+                                                            const std::function<bool()>& given_up,
+                                                            const std::optional<std::string>& stranger) {
   // Whoever joined a record that is about to be replaced would be forgotten with it, and so would a ticket's use.
   if (absl::Status status = CheckRecovered(); !status.ok()) return status;
   if (absl::Status status = CheckTicketsSignature(request.ticket()); !status.ok()) return status;

@@ -107,10 +107,10 @@ class ControlPlane {
   absl::Status SendToGame(const v1::SendToGameRequest& request, const std::function<bool()>& given_up);
   // Checks the game with the instance's scene, outside the lock: it loads, and uses no name that the scene lacks.
   absl::StatusOr<v1::SetGameResponse> SetGame(const v1::SetGameRequest& request);
-  // Waits until all workers are bound, then until they know of the player. `stranger`: the caller has shown nothing but
-  // the request.
+  // Waits until all workers are bound, then until they know of the player. `stranger`: as Cluster::TakeTicket takes it.
   absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
-                                                const std::function<bool()>& given_up, bool stranger = false);
+                                                const std::function<bool()>& given_up,
+                                                const std::optional<std::string>& stranger = std::nullopt);
   // The serialised scene, and a game's file. kNotFound unless a live instance uses it.
   absl::StatusOr<std::string> SceneBytes(const std::string& hash);
   absl::StatusOr<std::string> GameBytes(const std::string& hash);
@@ -201,14 +201,32 @@ class ControlPlane {
     std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;
     std::vector<std::string> forgotten;
     std::set<std::string> restore, visuals;
+    std::vector<std::string> scene_pieces;
     bool empty() const {
-      return pruned.empty() && abandoned.empty() && forgotten.empty() && restore.empty() && visuals.empty();
+      return pruned.empty() && abandoned.empty() && forgotten.empty() && restore.empty() && visuals.empty() &&
+             scene_pieces.empty();
     }
   };
   void DoPendingWork(PendingWork work);
   absl::Status WritePieces(const std::string& sha256, const std::string& bytes);
   absl::Status RemovePieces(const std::string& sha256);
   void RemoveVisual(const std::string& sha256);
+  // A scene that is stored before an instance is made with it; the end of this object lets it go.
+  class StagedScene {
+   public:
+    StagedScene(ControlPlane& plane, std::string hash) : plane_(plane), hash_(std::move(hash)) {}
+    ~StagedScene();
+    StagedScene(const StagedScene&) = delete;
+    StagedScene& operator=(const StagedScene&) = delete;
+
+   private:
+    ControlPlane& plane_;
+    const std::string hash_;
+  };
+  // Null: it is small, and is written with its instance. It is in the store on return, without the lock.
+  absl::StatusOr<std::unique_ptr<StagedScene>> StageScene(const std::string& hash, const std::string& bytes);
+  absl::Status WriteScenePieces(const std::vector<std::string>& keys, const std::string& bytes);
+  void RemoveScenePieces(const std::vector<std::string>& keys);
   absl::Status KeepImported(const std::string& id, const BundleReader& bundle, Lock& lock);
   absl::StatusOr<std::string> ContentBytes(const std::string& key);
   // The scene and game of a checkpoint.
@@ -241,6 +259,7 @@ class ControlPlane {
   PendingWork pending_;
   std::mutex uploads_mutex_;         // held by the one who has an upload in memory
   std::mutex visual_mutex_;          // held by who writes or removes pieces of a file; before mutex_
+  std::mutex scene_mutex_;           // held by who writes pieces of a scene; before mutex_
   std::set<std::string> importing_;  // instances whose files are being kept
   std::map<StreamId, std::shared_ptr<AgentStream>> streams_;
   std::multimap<std::string, Watch*> watches_;

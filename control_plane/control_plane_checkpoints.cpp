@@ -249,6 +249,12 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   plan->bodies = Within(plan->bodies, manifest.bodies());
   std::uint64_t size = 0;
   for (const records::ManifestFile& part : manifest.files()) size += part.size();
+  std::unique_ptr<StagedScene> staged;  // ends after the lock
+  if (!request.validate_only()) {
+    auto stored = StageScene(plan->scene_hash, plan->contents.scene);
+    if (!stored.ok()) return stored.status();
+    staged = *std::move(stored);
+  }
   Lock lock(mutex_);
   if (auto made = GetByRequestId(cluster_->state(), request.request_id()); made.ok()) return made;
   if (const absl::Status fits = cluster_->CheckCheckpointQuota(size); !fits.ok()) {
@@ -293,8 +299,11 @@ absl::Status ControlPlane::KeepImported(const std::string& id, const BundleReade
 // Runs on the files' thread, without the lock.
 void ControlPlane::DoPendingWork(PendingWork work) {
   for (const std::string& sha256 : work.visuals) RemoveVisual(sha256);
-  if (!files_)
-    work = PendingWork{.pruned = {}, .abandoned = {}, .forgotten = {}, .restore = work.restore, .visuals = {}};
+  RemoveScenePieces(work.scene_pieces);
+  if (!files_) {
+    work = PendingWork{
+        .pruned = {}, .abandoned = {}, .forgotten = {}, .restore = work.restore, .visuals = {}, .scene_pieces = {}};
+  }
   for (const auto& [id, tick] : work.pruned) files_->Remove(id, tick);
   for (const auto& [id, tick] : work.abandoned) files_->Abandon(id, tick);
   for (const std::string& id : work.forgotten) files_->RemoveAll(id);

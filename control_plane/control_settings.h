@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "control_plane/guest_rates.h"
 #include "core/world/limits.h"
 #include "trust/message_size.h"
 
@@ -48,6 +49,8 @@ struct ControlSettings {
   std::chrono::milliseconds keep_visuals{900'000};
   // At the start, records that an earlier start has set aside as unreadable are deleted.
   bool drop_set_aside = false;
+  // How often strangers may join without a ticket.
+  GuestLimits guests{};
   // This program's, "0.1.0": agents of releases further away are refused (release.h). Empty: none is.
   std::string release;
 };

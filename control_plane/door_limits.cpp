@@ -3,8 +3,8 @@
 #include <limits>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/counted_address.h"
 
 namespace tessera::control {
 namespace {
@@ -18,9 +18,6 @@ int MillisecondsOf(Duration duration) {
 bool IsImport(std::string_view method) {
   return method == "InstanceService/ImportCheckpoint" || method == "VisualService/PutVisual";
 }
-
-// Without the port, which is another for each connection.
-std::string AddressOf(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
 
 }  // namespace
 
@@ -60,7 +57,7 @@ std::unique_ptr<CallSlots::Slot> CallSlots::Take(const Caller& caller, const std
   int most = std::numeric_limits<int>::max();
   if (caller.door != Door::kSocket) {
     const bool has_name = caller.door == Door::kOperators && (!caller.token.empty() || !caller.host_id.empty());
-    key = has_name ? caller.Name() : AddressOf(peer);
+    key = has_name ? caller.Name() : "address " + CountedPeer(peer);
     most = has_name ? kCallsOfACaller : kCallsOfAnAddress;
     if (IsImport(method)) {
       key += " imports";

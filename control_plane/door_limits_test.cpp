@@ -11,6 +11,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -122,6 +124,29 @@ TEST_F(DoorLimitsTest, AConnectionThatSaysNothingIsClosed) {
     EXPECT_LE(recv(fd, &byte, 1, MSG_DONTWAIT), 0);
     close(fd);
   }
+}
+
+TEST_F(DoorLimitsTest, AnAddressWithAsManyConnectionsAsItMayHaveGetsNoMoreUntilItClosesSome) {
+  std::vector<int> held;
+  for (std::size_t i = 0; i < ConnectionLimits{}.from_address; ++i) held.push_back(Connect(server_->operators()));
+  const auto ask = [this](bool wait_for_room) {
+    grpc::ChannelArguments own;
+    own.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    const auto channel = trust::Dial(server_->operators() + "#" + fingerprint_, {}, own);
+    if (!channel.ok()) return grpc::StatusCode::UNAVAILABLE;
+    grpc::ClientContext context;
+    context.set_wait_for_ready(wait_for_room);
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+    v1::ListHostsResponse response;
+    return v1::HostService::NewStub(*channel)->ListHosts(&context, {}, &response).error_code();
+  };
+  EXPECT_EQ(ask(false), grpc::StatusCode::UNAVAILABLE) << "the address has none left";
+  for (const int fd : held) close(fd);
+  // It asks for a token now: who asks has been let in.
+  grpc::StatusCode answered = grpc::StatusCode::UNAVAILABLE;
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (answered == grpc::StatusCode::UNAVAILABLE && std::chrono::steady_clock::now() < patience) answered = ask(true);
+  EXPECT_EQ(answered, grpc::StatusCode::UNAUTHENTICATED);
 }
 
 TEST_F(DoorLimitsTest, ALongMessageOfAPlayerIsRefusedByItsLength) {

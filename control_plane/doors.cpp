@@ -137,6 +137,23 @@ bool SomebodyListens(const std::string& path) {
 
 }  // namespace
 
+std::string DoorName(Door door) {
+  return door == Door::kSocket ? "socket" : door == Door::kPlayers ? "players" : "operators";
+}
+
+TcpDoor::TcpDoor(grpc::ServerBuilder& builder, std::shared_ptr<grpc::ServerCredentials> credentials)
+    : acceptor_(builder.experimental().AddExternalConnectionAcceptor(
+          grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, std::move(credentials))) {}
+
+absl::StatusOr<std::unique_ptr<TcpListener>> TcpDoor::Listen(const host::SocketAddress& address, Door door,
+                                                             ConnectionLimits limits, ControlMetrics& metrics) const {
+  return TcpListener::Listen(address, DoorName(door), limits, metrics, [acceptor = acceptor_](int fd) {
+    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+    connection.fd = fd;
+    acceptor->HandleNewConnection(&connection);
+  });
+}
+
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> UnjudgedTlsCredentials(Door door, const Authority& authority) {
   const auto own = trust::IssueServer(authority.signer, MakeSerial(SystemRandomBytes));
   if (!own.ok()) return own.status();
@@ -162,8 +179,6 @@ void ForwardGrpcLog() {
 
 void SetServerLimits(grpc::ServerBuilder& builder, Door door) {
   SetDoorLimits(builder, door);
-  // Else a second control plane would share the port, and every other call would go to it.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);

@@ -15,9 +15,31 @@
 #include "absl/status/statusor.h"
 #include "control_plane/access.h"
 #include "control_plane/authority.h"
+#include "control_plane/control_metrics.h"
 #include "control_plane/control_plane.h"
+#include "control_plane/tcp_listener.h"
 
 namespace tessera::control {
+
+// The name of a door in metrics and logs: "operators", "players", "socket".
+std::string DoorName(Door door);
+
+// A door that speaks TLS: a server gets its connections from a TcpListener, which bounds how many there are.
+//
+//   ServerBuilder builder;
+//   TcpDoor tcp(builder, credentials);  // before the server is built
+//   server = builder.BuildAndStart();
+//   auto listener = tcp.Listen(address, Door::kPlayers, limits, metrics);  // it ends before the server
+class TcpDoor {
+ public:
+  TcpDoor(grpc::ServerBuilder& builder, std::shared_ptr<grpc::ServerCredentials> credentials);
+  // Errors as TcpListener's.
+  absl::StatusOr<std::unique_ptr<TcpListener>> Listen(const host::SocketAddress& address, Door door,
+                                                      ConnectionLimits limits, ControlMetrics& metrics) const;
+
+ private:
+  std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor_;
+};
 
 // TLS with a new certificate of the authority, every call judged. `authority` and `plane` outlive the server.
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> TlsCredentials(Door door, const Authority& authority,

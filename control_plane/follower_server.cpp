@@ -4,11 +4,16 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/door_limits.h"
 #include "control_plane/doors.h"
+#include "control_plane/tcp_listener.h"
 #include "host/socket_address.h"
 #include "trust/leader_hint.h"
 
@@ -43,31 +48,33 @@ class RedirectService final : public grpc::CallbackGenericService {
 struct FollowerDoor {
   FollowerDoor(Door door, const FollowerServer::Leader& leader) : service(door, leader) {}
   RedirectService service;
-  std::unique_ptr<grpc::Server> server;  // ends before what it serves
+  std::unique_ptr<grpc::Server> server;   // ends before what it serves
+  std::unique_ptr<TcpListener> listener;  // a TCP door has one; it ends before the server
 };
 
 }  // namespace
 
 struct FollowerServer::Impl {
-  absl::Status Open(Door door, const char* name, const std::string& address, const Leader& leader,
-                    const std::shared_ptr<grpc::ServerCredentials>& credentials) {
+  // `prepare` lets the server take connections.
+  absl::StatusOr<FollowerDoor*> Open(Door door, const char* name, const std::string& address, const Leader& leader,
+                                     const std::function<void(grpc::ServerBuilder&)>& prepare) {
     FollowerDoor& opened = *doors.emplace_back(std::make_unique<FollowerDoor>(door, leader));
     grpc::ServerBuilder builder;
     SetServerLimits(builder, door);
     // Nobody is judged here, and health is asked by a few bytes.
     builder.SetMaxReceiveMessageSize(kPlayersMessageBytes);
-    builder.AddListeningPort(address, credentials);
+    prepare(builder);
     builder.RegisterCallbackGenericService(&opened.service);
     opened.server = builder.BuildAndStart();
     if (!opened.server) {
       return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (", name, ")"));
     }
     opened.server->GetHealthCheckService()->SetServingStatus(false);
-    return absl::OkStatus();
+    return &opened;
   }
 
   absl::Status OpenTcp(Door door, const char* name, const std::string& text, const Leader& leader,
-                       const std::optional<Authority>& authority) {
+                       const std::optional<Authority>& authority, ConnectionLimits limits) {
     if (text.empty()) return absl::OkStatus();
     const auto address = host::ParseSocketAddress(text, host::PortRule::kFrom1);
     if (!address.ok()) return address.status();
@@ -75,9 +82,26 @@ struct FollowerServer::Impl {
     if (absl::Status status = host::CheckBindable(*address, name); !status.ok()) return status;
     const auto credentials = UnjudgedTlsCredentials(door, *authority);
     if (!credentials.ok()) return credentials.status();
-    return Open(door, name, ToString(*address), leader, *credentials);
+    std::optional<TcpDoor> tcp;
+    const auto opened =
+        Open(door, name, text, leader, [&](grpc::ServerBuilder& builder) { tcp.emplace(builder, *credentials); });
+    if (!opened.ok()) return opened.status();
+    auto listener = tcp->Listen(*address, door, limits, *metrics);
+    if (!listener.ok()) return listener.status();
+    (*opened)->listener = *std::move(listener);
+    return absl::OkStatus();
   }
 
+  absl::Status OpenSocket(const std::string& path, const Leader& leader) {
+    if (absl::Status status = PrepareSocket(path); !status.ok()) return status;
+    const std::string address = "unix:" + path;
+    const auto opened = Open(Door::kSocket, "grpc", address, leader, [&](grpc::ServerBuilder& builder) {
+      builder.AddListeningPort(address, grpc::InsecureServerCredentials());
+    });
+    return opened.ok() ? CloseToOthers(path) : opened.status();
+  }
+
+  ControlMetrics* metrics = nullptr;
   std::vector<std::unique_ptr<FollowerDoor>> doors;
 };
 
@@ -85,24 +109,22 @@ FollowerServer::FollowerServer() : impl_(std::make_unique<Impl>()) {}
 
 absl::StatusOr<std::unique_ptr<FollowerServer>> FollowerServer::Start(const GrpcDoors& doors,
                                                                       const std::optional<Authority>& authority,
-                                                                      const Leader& leader) {
+                                                                      ControlMetrics& metrics, const Leader& leader) {
   ForwardGrpcLog();
   grpc::EnableDefaultHealthCheckService(true);
   std::unique_ptr<FollowerServer> result(new FollowerServer());
   Impl& impl = *result->impl_;
-  absl::Status status = impl.OpenTcp(Door::kOperators, "grpc", doors.operators, leader, authority);
-  if (status.ok()) status = impl.OpenTcp(Door::kPlayers, "players", doors.players, leader, authority);
-  if (status.ok()) status = PrepareSocket(doors.socket);
-  if (status.ok()) {
-    status = impl.Open(Door::kSocket, "grpc", "unix:" + doors.socket, leader, grpc::InsecureServerCredentials());
-  }
-  if (status.ok()) status = CloseToOthers(doors.socket);
+  impl.metrics = &metrics;
+  absl::Status status = impl.OpenTcp(Door::kOperators, "grpc", doors.operators, leader, authority, doors.limits);
+  if (status.ok()) status = impl.OpenTcp(Door::kPlayers, "players", doors.players, leader, authority, doors.limits);
+  if (status.ok()) status = impl.OpenSocket(doors.socket, leader);
   if (!status.ok()) return status;
   return result;
 }
 
 FollowerServer::~FollowerServer() {
   for (const auto& door : impl_->doors) {
+    door->listener.reset();
     if (door->server) door->server->Shutdown(std::chrono::system_clock::now());
   }
 }

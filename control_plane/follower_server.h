@@ -15,6 +15,7 @@
 
 #include "absl/status/statusor.h"
 #include "control_plane/authority.h"
+#include "control_plane/control_metrics.h"
 #include "control_plane/etcd/etcd_election.h"
 #include "control_plane/grpc_server.h"
 
@@ -25,10 +26,10 @@ class FollowerServer {
   // The leader as far as it is known.
   using Leader = std::function<std::optional<LeaderAddress>()>;
 
-  // Errors as GrpcServer::Start's. With a TCP door an authority is needed.
+  // Errors as GrpcServer::Start's. With a TCP door an authority is needed. `metrics` outlives it.
   static absl::StatusOr<std::unique_ptr<FollowerServer>> Start(const GrpcDoors& doors,
                                                                const std::optional<Authority>& authority,
-                                                               const Leader& leader);
+                                                               ControlMetrics& metrics, const Leader& leader);
   ~FollowerServer();
 
  private:

@@ -23,6 +23,7 @@
 #include "control_plane/services/session_service.h"
 #include "control_plane/services/visual_service.h"
 #include "control_plane/socket_listener.h"
+#include "control_plane/tcp_listener.h"
 #include "host/socket_address.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/log_value.h"
@@ -67,26 +68,28 @@ struct DoorServer {
   VisualServiceImpl visuals;
   AgentLinkServiceImpl agents;
   telemetry::LogThrottle refusals;
-  std::deque<BoundedService> bounded;        // the same, as the server has them
-  std::unique_ptr<grpc::Server> server;      // ends before what it serves
-  std::unique_ptr<SocketListener> listener;  // the socket's door has one; it ends before the server
+  std::deque<BoundedService> bounded;    // the same, as the server has them
+  std::unique_ptr<grpc::Server> server;  // ends before what it serves
+  // The socket's door has the one, the others have the other. They end before the server.
+  std::unique_ptr<SocketListener> listener;
+  std::unique_ptr<TcpListener> tcp_listener;
 };
 
 }  // namespace
 
 struct GrpcServer::Impl {
-  // `listen` gives the server its address, if it is to have one; `name` and `address` are for errors.
+  // `prepare` lets the server take connections; `name` and `address` are for errors.
   absl::StatusOr<DoorServer*> Open(Door door, const std::string& name, const std::string& address,
-                                   const std::function<void(grpc::ServerBuilder&)>& listen) {
+                                   const std::function<void(grpc::ServerBuilder&)>& prepare) {
     DoorServer& opened =
         *doors.emplace_back(std::make_unique<DoorServer>(door, *plane, *metrics, authority ? &*authority : nullptr));
     grpc::ServerBuilder builder;
     SetServerLimits(builder, door);
-    listen(builder);
+    prepare(builder);
     for (BoundedService& service : opened.bounded) builder.RegisterService(&service);
     opened.server = builder.BuildAndStart();
     if (!opened.server)
-      return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (", name, ")"));
+      return absl::UnavailableError(absl::StrCat("address ", address, " cannot be served (", name, ")"));
     for (const char* service : {v1::AccessService::service_full_name(), v1::HostService::service_full_name(),
                                 v1::InstanceService::service_full_name(), v1::SessionService::service_full_name(),
                                 v1::VisualService::service_full_name(), v1::AgentLinkService::service_full_name()}) {
@@ -106,7 +109,8 @@ struct GrpcServer::Impl {
     return absl::OkStatus();
   }
   // The address as bound; empty: there is to be none.
-  absl::StatusOr<std::string> OpenTcp(Door door, const std::string& name, const std::string& text) {
+  absl::StatusOr<std::string> OpenTcp(Door door, const std::string& name, const std::string& text,
+                                      ConnectionLimits limits) {
     if (text.empty()) return "";
     auto address = host::ParseSocketAddress(text, host::PortRule::kFrom0);
     if (!address.ok()) return address.status();
@@ -114,13 +118,14 @@ struct GrpcServer::Impl {
     if (absl::Status status = host::CheckBindable(*address, name); !status.ok()) return status;
     const auto credentials = TlsCredentials(door, *authority, *plane);
     if (!credentials.ok()) return credentials.status();
-    int port = 0;
-    const auto opened = Open(door, name, ToString(*address), [&](grpc::ServerBuilder& builder) {
-      builder.AddListeningPort(ToString(*address), *credentials, &port);
-    });
+    std::optional<TcpDoor> tcp;
+    const auto opened =
+        Open(door, name, ToString(*address), [&](grpc::ServerBuilder& builder) { tcp.emplace(builder, *credentials); });
     if (!opened.ok()) return opened.status();
-    address->port = static_cast<std::uint16_t>(port);
-    return ToString(*address);
+    auto listener = tcp->Listen(*address, door, limits, *metrics);
+    if (!listener.ok()) return listener.status();
+    (*opened)->tcp_listener = *std::move(listener);
+    return ToString((*opened)->tcp_listener->address());
   }
 
   std::optional<Authority> authority;
@@ -141,9 +146,9 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcDoors& d
   result->impl_ = std::make_unique<Impl>(Impl{std::move(authority), &plane, &metrics, {}});
   Impl& impl = *result->impl_;
 
-  auto operators = impl.OpenTcp(Door::kOperators, "grpc", doors.operators);
+  auto operators = impl.OpenTcp(Door::kOperators, "grpc", doors.operators, doors.limits);
   if (!operators.ok()) return operators.status();
-  auto players = impl.OpenTcp(Door::kPlayers, "players", doors.players);
+  auto players = impl.OpenTcp(Door::kPlayers, "players", doors.players, doors.limits);
   if (!players.ok()) return players.status();
   if (absl::Status status = impl.OpenSocket(doors.socket); !status.ok()) return status;
   result->socket_ = kSocketPrefix + doors.socket;
@@ -157,6 +162,7 @@ GrpcServer::~GrpcServer() {
   const auto deadline = std::chrono::system_clock::now() + kShutdownPatience;
   for (const auto& door : impl_->doors) {
     door->listener.reset();
+    door->tcp_listener.reset();
     if (!door->server) continue;
     door->server->GetHealthCheckService()->SetServingStatus(false);
     door->server->Shutdown(deadline);

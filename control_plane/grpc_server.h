@@ -13,14 +13,16 @@
 #include "control_plane/authority.h"
 #include "control_plane/control_metrics.h"
 #include "control_plane/control_plane.h"
+#include "control_plane/open_connections.h"
 
 namespace tessera::control {
 
 // Where to listen. See access.h for what each door serves, and to whom.
 struct GrpcDoors {
-  std::string socket;     // path of a Unix socket
-  std::string operators;  // HOST:PORT, port 0 takes a free one; empty: none
-  std::string players;    // likewise
+  std::string socket;         // path of a Unix socket
+  std::string operators;      // HOST:PORT, port 0 takes a free one; empty: none
+  std::string players;        // likewise
+  ConnectionLimits limits{};  // for each of the two
 };
 
 class GrpcServer {

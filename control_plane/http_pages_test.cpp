@@ -89,7 +89,7 @@ TEST_F(HttpPagesTest, NobodyJoinsOneThatBeganFromABackupBeforeItKnowsWhatRuns) {
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(restored
                 .Join(
-                    request, [] { return false; }, true)
+                    request, [] { return false; }, "")
                 .status()
                 .code(),
             absl::StatusCode::kUnavailable);
@@ -98,7 +98,7 @@ TEST_F(HttpPagesTest, NobodyJoinsOneThatBeganFromABackupBeforeItKnowsWhatRuns) {
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_EQ(restored
                 .Join(
-                    request, [] { return false; }, true)
+                    request, [] { return false; }, "")
                 .status()
                 .code(),
             absl::StatusCode::kNotFound);

@@ -1,6 +1,5 @@
 #include "control_plane/https_door.h"
 
-#include <arpa/inet.h>
 #include <libwebsockets.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
@@ -21,6 +20,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/counted_address.h"
 #include "control_plane/doors.h"
 #include "control_plane/join_page.h"
 #include "control_plane/one_line.h"
@@ -53,19 +53,6 @@ void ForwardWebLog(int, const char* line) {
   if (!spdlog::should_log(spdlog::level::debug)) return;
   if (!WebLogThrottle().Take(telemetry::LogThrottle::Clock::now())) return;
   spdlog::debug("https {}", telemetry::LogValue(std::string(absl::StripTrailingAsciiWhitespace(line))));
-}
-
-// IPv4 as it is, of IPv6 the first 64 bits: a stranger has all the others.
-std::string CountedAddress(int socket_fd) {
-  sockaddr_storage peer{};
-  socklen_t size = sizeof peer;
-  if (getpeername(socket_fd, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return "";
-  if (peer.ss_family == AF_INET6) {
-    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);
-    return {reinterpret_cast<const char*>(&v6.sin6_addr), 8};
-  }
-  const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
-  return {reinterpret_cast<const char*>(&v4.sin_addr), sizeof v4.sin_addr};
 }
 
 std::string WebHeader(lws* wsi, lws_token_indexes header) {
@@ -133,7 +120,7 @@ struct HttpsDoor::Impl {
   int Write(lws* wsi, Connection& connection);
   void Start(lws* wsi, Connection& connection);
   PageAnswer CarryOut(const std::string& path, const std::string& body, const std::string& from,
-                      const std::atomic<bool>& given_up);
+                      const std::string& address, const std::atomic<bool>& given_up);
   void TakeFinished();
   void SetListening(lws_context_creation_info& info) const;
   void Run();
@@ -241,8 +228,8 @@ void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
   if (IsSocket() || lws_get_peer_simple(wsi, from.data(), from.size()) == nullptr) from = {"local"};
   doing->thread =
       std::thread([this, number = connection.number, path = connection.path, body = std::move(connection.body),
-                   peer = std::string(from.data()), &given_up = doing->given_up] {
-        PageAnswer answer = CarryOut(path, body, peer, given_up);
+                   peer = std::string(from.data()), address = connection.address, &given_up = doing->given_up] {
+        PageAnswer answer = CarryOut(path, body, peer, address, given_up);
         const std::lock_guard lock(mutex);
         finished.emplace_back(number, std::move(answer));
         lws_cancel_service(context);
@@ -251,7 +238,7 @@ void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
 }
 
 PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string& body, const std::string& from,
-                                     const std::atomic<bool>& given_up) {
+                                     const std::string& address, const std::atomic<bool>& given_up) {
   const HttpsClock::time_point begun = HttpsClock::now();
   const auto over = [&] { return given_up || stopping || HttpsClock::now() - begun > kJoinPatience; };
   absl::Status status;
@@ -260,8 +247,10 @@ PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string&
   if (path == kJoinPath) {
     const auto request = ReadJoinBody(body);
     if (request.ok()) subject = request->instance_id();
+    std::optional<std::string> stranger;
+    if (!IsSocket()) stranger = address;
     absl::StatusOr<v1::JoinInstanceResponse> joined =
-        request.ok() ? plane.Join(*request, over, /*stranger=*/!IsSocket()) : request.status();
+        request.ok() ? plane.Join(*request, over, stranger) : request.status();
     if (absl::IsCancelled(joined.status()) && !given_up && !stopping) {
       joined = absl::UnavailableError("instance: has not started yet; ask again, with a new ticket");
     }
@@ -343,7 +332,7 @@ int HttpsDoor::Impl::Write(lws* wsi, Connection& connection) {
       !add("cache-control:", "no-store") || !add("access-control-allow-origin:", "*") ||
       (connection.options &&
        (!add("access-control-allow-methods:", "POST") || !add("access-control-allow-headers:", "content-type"))) ||
-      (answer.status == 503 && !add("retry-after:", "5")) ||
+      (answer.retry_after_s > 0 && !add("retry-after:", std::to_string(answer.retry_after_s))) ||
       lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
     return -1;
   }

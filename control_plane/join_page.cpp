@@ -1,6 +1,7 @@
 #include "control_plane/join_page.h"
 
 #include <algorithm>
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -9,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/one_line.h"
+#include "control_plane/retry_after.h"
 #include "core/world/partition_io.h"
 #include "core/world/utf8.h"
 #include "trust/ticket.h"
@@ -21,6 +23,8 @@ using Json = nlohmann::json;
 // Most grants are far smaller; one of a large map does not come back this way, and its player shows a new ticket.
 constexpr std::size_t kMaxGrantText = kMaxJoinBodyBytes;
 constexpr std::size_t kMaxReturningText = (net::kMaxCredentialBytes + net::kKeyBytes + 2) / 3 * 4;
+
+constexpr int kTooManyRequests = 429, kUnavailable = 503, kRetryUnavailable_s = 5;
 
 int StatusOf(absl::StatusCode code) {
   switch (code) {
@@ -42,7 +46,7 @@ int StatusOf(absl::StatusCode code) {
     case absl::StatusCode::kResourceExhausted:
     case absl::StatusCode::kUnavailable:
     case absl::StatusCode::kCancelled:
-      return 503;
+      return kUnavailable;
     case absl::StatusCode::kDeadlineExceeded:
       return 504;
     default:
@@ -255,7 +259,16 @@ PageAnswer ListAnswer(const std::vector<v1::Instance>& instances) {
 PageAnswer ErrorAnswer(const absl::Status& status) {
   Json json{{"code", absl::StatusCodeToString(status.code())}, {"error", ValidUtf8(std::string(status.message()))}};
   if (const std::string field = FieldOf(status.message()); !field.empty()) json["field"] = field;
-  return {.status = StatusOf(status.code()), .body = json.dump()};
+  PageAnswer answer{.status = StatusOf(status.code()), .body = {}};
+  if (const auto wait = RetryAfterOf(status)) {
+    answer.status = kTooManyRequests;
+    answer.retry_after_s = static_cast<int>(std::chrono::ceil<std::chrono::seconds>(*wait).count());
+    json["retry_after_s"] = answer.retry_after_s;
+  } else if (answer.status == kUnavailable) {
+    answer.retry_after_s = kRetryUnavailable_s;
+  }
+  answer.body = json.dump();
+  return answer;
 }
 
 }  // namespace tessera::control

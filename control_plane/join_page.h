@@ -30,7 +30,8 @@ inline constexpr std::size_t kMaxJoinBodyBytes = 64 * 1024;
 
 struct PageAnswer {
   int status = 200;
-  std::string body;  // JSON
+  std::string body;       // JSON
+  int retry_after_s = 0;  // for the header; 0: there is none
 };
 
 // INVALID_ARGUMENT names the field; one that is not known is refused.

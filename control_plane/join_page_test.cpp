@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "absl/strings/escaping.h"
+#include "control_plane/retry_after.h"
 #include "control_plane/testing/fake_backend.h"
 #include "core/world/partition_io.h"
 
@@ -169,6 +171,11 @@ TEST(JoinPageTest, ErrorsHaveAStatusAndTheField) {
   EXPECT_EQ(of(absl::PermissionDeniedError("player: is banned: x")).status, 403);
   EXPECT_EQ(of(absl::AbortedError("be nice")).body, R"({"code":"ABORTED","error":"be nice"})");
   EXPECT_EQ(of(absl::ResourceExhaustedError("full")).status, 503);
+  const PageAnswer early =
+      of(WithRetryAfter(absl::ResourceExhaustedError("too many guests"), std::chrono::milliseconds(1'200)));
+  EXPECT_EQ(early.status, 429);
+  EXPECT_EQ(early.retry_after_s, 2) << "whole seconds, as the header has them";
+  EXPECT_NE(early.body.find("\"retry_after_s\":2"), std::string::npos) << early.body;
   EXPECT_EQ(of(absl::InternalError("\xff")).body, R"({"code":"INTERNAL","error":"?"})");
 }
 

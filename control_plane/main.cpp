@@ -34,6 +34,7 @@
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
+#include "telemetry/metrics_tls.h"
 #include "telemetry/metrics_token.h"
 
 namespace tessera::control {
@@ -41,8 +42,10 @@ namespace {
 
 struct ControlFlags {
   std::string listen, players_listen, socket;
+  ConnectionLimits connections;
   HttpsFlags https;
   std::string metrics_listen = "127.0.0.1:7701", metrics_token_file;
+  telemetry::MetricsTlsFiles metrics_tls;
   std::string state_dir, checkpoints;
   std::string s3_endpoint, s3_region;
   std::optional<S3Settings> s3;  // where `checkpoints` names a bucket
@@ -69,6 +72,22 @@ void AddSpan(CLI::App& app, const std::string& name, std::chrono::milliseconds& 
       ->default_str(fmt::format("{:g}", Seconds(span).count()));
 }
 
+// Joins a second, and at once.
+void AddGuestOptions(CLI::App& app, GuestLimits& guests) {
+  constexpr double kMostGuestRate = 1e6;
+  const auto add = [&](const std::string& name, const std::string& where, net::Rate& rate) {
+    app.add_option(name, rate.per_s,
+                   "joins a second of guests " + where + " at the players' doors, over a while; 0 is no limit")
+        ->check(CLI::Range(0.0, kMostGuestRate))
+        ->capture_default_str();
+    app.add_option(name + "-burst", rate.burst, "how many of these may come at once after a rest")
+        ->check(CLI::Range(1.0, kMostGuestRate))
+        ->capture_default_str();
+  };
+  add("--guests-per-address", "from one address, of IPv6 from one /64,", guests.of_address);
+  add("--guests-per-instance", "of one instance", guests.of_instance);
+}
+
 int Fail(const absl::Status& status) {
   std::fprintf(stderr, "tessera-control: %s\n", std::string(status.message()).c_str());
   return 1;
@@ -80,7 +99,9 @@ absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const Contro
   if (!parsed.ok()) return parsed.status();
   auto token = telemetry::ReadMetricsToken(flags.metrics_token_file);
   if (!token.ok()) return token.status();
-  return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry(), *std::move(token));
+  const auto tls = telemetry::ReadMetricsTls(flags.metrics_tls);
+  if (!tls.ok()) return tls.status();
+  return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry(), *std::move(token), *tls);
 }
 
 // `doors`: as bound.
@@ -203,7 +224,8 @@ ReignSettings SettingsOf(const ControlFlags& flags) {
   const std::string socket = flags.socket.empty() ? flags.state_dir + "/control.sock" : flags.socket;
   return {.doors = {.socket = std::filesystem::absolute(socket).lexically_normal().string(),
                     .operators = flags.listen,
-                    .players = flags.players_listen},
+                    .players = flags.players_listen,
+                    .limits = flags.connections},
           .https = flags.https,
           .seal = flags.state_dir + "/seal.key",
           .checkpoints = flags.checkpoints.empty() ? flags.state_dir + "/checkpoints" : flags.checkpoints,
@@ -225,7 +247,8 @@ absl::Status RunAlone(const ControlFlags& flags, const sigset_t& signals) {
   const auto reign = Reign::Begin(**store, SettingsOf(flags), metrics, pages);
   if (!reign.ok()) return reign.status();
   const GrpcServer& grpc = (*reign)->grpc();
-  const GrpcDoors bound{.socket = grpc.socket(), .operators = grpc.operators(), .players = grpc.players()};
+  const GrpcDoors bound{
+      .socket = grpc.socket(), .operators = grpc.operators(), .players = grpc.players(), .limits = {}};
   if (absl::Status status = AnnounceReady(flags, bound, (*reign)->https_address(), (*http)->address()); !status.ok()) {
     return status;
   }
@@ -262,8 +285,10 @@ absl::Status RunElected(const ControlFlags& flags, const sigset_t& signals) {
     }
     return ending;
   };
-  const GrpcDoors bound{
-      .socket = "unix:" + settings.doors.socket, .operators = flags.listen, .players = flags.players_listen};
+  const GrpcDoors bound{.socket = "unix:" + settings.doors.socket,
+                        .operators = flags.listen,
+                        .players = flags.players_listen,
+                        .limits = {}};
   return candidate.Run(ended, [&] { return AnnounceReady(flags, bound, flags.https.listen, (*http)->address()); });
 }
 
@@ -321,6 +346,15 @@ int main(int argc, char** argv) {
   app.add_option("--players-listen", flags.players_listen,
                  "address for players, HOST:PORT, gRPC over TLS; everybody may join there; default none")
       ->check(is_address);
+  app.add_option("--max-connections", flags.connections.in_all,
+                 "connections that --listen, and as many that --players-listen has at once; each takes a file")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--max-connections-per-address", flags.connections.from_address,
+                 "of these, from one address, of IPv6 from one /64; hosts, gateways and backends behind one address "
+                 "share them")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
   app.add_option("--players-https", flags.https.listen,
                  "address for players, HOST:PORT, HTTPS with JSON; port 0 takes a free one; default none")
       ->check(is_address);
@@ -330,6 +364,7 @@ int main(int argc, char** argv) {
   CLI::Option* key =
       app.add_option("--players-key", flags.https.key, "PEM file with that certificate's key")->needs(certificate);
   certificate->needs(key);
+  control::AddGuestOptions(app, flags.settings.guests);
   app.add_option("--socket", flags.socket,
                  "path of the socket for this user and root; default control.sock in the state folder");
   app.add_option("--metrics-listen", flags.metrics_listen,
@@ -338,6 +373,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");
+  telemetry::AddMetricsTlsOptions(app, flags.metrics_tls);
   app.add_option("--state-dir", flags.state_dir,
                  "folder of the store, the seal and checkpoints; made if it is not there")
       ->required();

@@ -10,19 +10,18 @@
 // Thread rule: `take` runs on the listener's own thread, and not after the destructor.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include "absl/status/statusor.h"
+#include "control_plane/accept_loop.h"
 #include "telemetry/log_throttle.h"
 
 namespace tessera::control {
 
 class SocketListener {
  public:
-  using Take = std::function<void(int fd)>;  // owns it from then on; it does not block
+  using Take = AcceptLoop::Take;
 
   // Nothing may be at `path` (PrepareSocket). Only this user, and root, can connect (mode 0600). UNAVAILABLE says why
   // the socket cannot be made.
@@ -33,15 +32,13 @@ class SocketListener {
   SocketListener& operator=(const SocketListener&) = delete;
 
  private:
-  SocketListener(std::string path, int listening, int stop, Take take);
-  void Run();
-  bool Accept();
+  SocketListener(std::string path, int listening, Take take);
+  void Judge(int fd);
 
   const std::string path_;
-  const int listening_, stop_;
   const Take take_;
   telemetry::LogThrottle refusals_;
-  std::thread thread_;
+  AcceptLoop loop_;  // last: its thread uses all others
 };
 
 }  // namespace tessera::control

@@ -12,7 +12,9 @@ namespace {
 constexpr char kHostPrefix[] = "host/";
 constexpr char kInstancePrefix[] = "instance/";
 constexpr char kPlayersPrefix[] = "players/";
-constexpr char kScenePrefix[] = "scene/", kGamePrefix[] = "game/";
+constexpr char kScenePrefix[] = "scene/", kGamePrefix[] = "game/", kScenePiecePrefix[] = "scene_piece/";
+// No message begins with a zero, so no scene does.
+constexpr std::string_view kPiecesMark{"\0pieces 1 ", 10};
 
 absl::Status Damaged(const std::string& key) {
   return absl::DataLossError(absl::StrCat("store: ", key, ": cannot be read"));
@@ -88,6 +90,43 @@ std::string PlayersKey(std::uint64_t instance, std::uint32_t bucket) {
 }
 std::string SceneKey(std::string_view hash) { return kScenePrefix + std::string(hash); }
 std::string GameKey(std::string_view hash) { return kGamePrefix + std::string(hash); }
+
+std::vector<std::string> ScenePieceKeys(std::string_view hash, const ScenePieces& pieces) {
+  std::vector<std::string> keys;
+  for (std::uint64_t at = 0; at < pieces.bytes; at += kScenePieceBytes) {
+    keys.push_back(absl::StrCat(kScenePiecePrefix, std::string(hash), "/", pieces.version, "/", keys.size()));
+  }
+  return keys;
+}
+
+std::string SceneRecord(const ScenePieces& pieces) {
+  return absl::StrCat(std::string(kPiecesMark), pieces.version, " ", pieces.bytes);
+}
+
+std::optional<ScenePieces> ReadSceneRecord(std::string_view value) {
+  if (!value.starts_with(kPiecesMark)) return std::nullopt;
+  value.remove_prefix(kPiecesMark.size());
+  ScenePieces pieces{.version = std::string(value.substr(0, value.find(' ')))};
+  const std::string bytes(value.substr(std::min(value.size(), pieces.version.size() + 1)));
+  if (!absl::SimpleAtoi(bytes, &pieces.bytes)) pieces.bytes = 0;  // it has none then, and is not whole
+  return pieces;
+}
+
+absl::StatusOr<std::string> ReadContent(const Store& store, const std::string& key) {
+  auto entry = store.Get(key);
+  if (!entry.ok()) return entry.status();
+  const auto pieces = IsSceneKey(key) ? ReadSceneRecord(entry->value) : std::nullopt;
+  if (!pieces) return std::move(entry->value);
+  std::string bytes;
+  for (const std::string& piece : ScenePieceKeys(key.substr(sizeof kScenePrefix - 1), *pieces)) {
+    const auto read = store.Get(piece);
+    if (!read.ok()) return read.status();
+    bytes += read->value;
+  }
+  if (bytes.empty() || bytes.size() != pieces->bytes) return Damaged(key);
+  return bytes;
+}
+
 std::string VisualKey(std::string_view sha256) { return kVisualPrefix + std::string(sha256); }
 std::string VisualPieceKey(std::string_view sha256, std::uint64_t number) {
   return absl::StrCat(kVisualKeys, "_piece/", std::string(sha256), "/", number);
@@ -110,6 +149,32 @@ std::vector<std::string> ContentKeys(const records::Instance& record) {
   return keys;
 }
 
+namespace {
+
+// Scenes that lie in pieces, whole, and the pieces of none.
+absl::Status ReadScenePieces(const Store& store, StoredRecords& stored) {
+  auto all = store.List(kScenePiecePrefix);
+  if (!all.ok()) return all.status();
+  std::map<std::string, std::string> pieces;  // by key
+  for (StoreEntry& entry : *all) pieces[entry.key] = std::move(entry.value);
+  for (auto& [key, content] : stored.contents) {
+    content.pieces = IsSceneKey(key) ? ReadSceneRecord(content.bytes) : std::nullopt;
+    if (!content.pieces) continue;
+    content.bytes.clear();
+    for (const std::string& piece : ScenePieceKeys(key.substr(sizeof kScenePrefix - 1), *content.pieces)) {
+      const auto found = pieces.find(piece);
+      if (found == pieces.end()) return Damaged(key);
+      content.bytes += found->second;
+      pieces.erase(found);
+    }
+    if (content.bytes.empty() || content.bytes.size() != content.pieces->bytes) return Damaged(key);
+  }
+  for (const auto& [key, bytes] : pieces) stored.stray_pieces.push_back(key);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
   StoredRecords stored;
   if (absl::Status status = ReadCounters(store, stored.counters); !status.ok()) return status;
@@ -123,6 +188,7 @@ absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
     if (!contents.ok()) return contents.status();
     for (StoreEntry& entry : *contents) stored.contents[entry.key] = {std::move(entry.value), entry.revision};
   }
+  if (absl::Status status = ReadScenePieces(store, stored); !status.ok()) return status;
   return stored;
 }
 

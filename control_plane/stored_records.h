@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,19 @@ bool IsSceneKey(std::string_view key);
 // Records of an instance: its own, and its players'. Each names the instance; 0: the key is of neither kind.
 std::uint64_t InstanceOfKey(std::string_view key);
 std::uint64_t InstanceOfPlayersKey(std::string_view key);
+// A scene of more than kWholeSceneBytes lies in pieces, so that no write is large. They are stored before its record,
+// under a version that no other has, and never change; the record then says which they are.
+inline constexpr std::size_t kWholeSceneBytes = 1 << 20, kScenePieceBytes = 1 << 20;
+struct ScenePieces {
+  std::string version;
+  std::uint64_t bytes = 0;  // the whole scene has so many
+};
+std::vector<std::string> ScenePieceKeys(std::string_view hash, const ScenePieces& pieces);  // in order
+// The record under SceneKey then; and back, nothing where a scene lies there itself.
+std::string SceneRecord(const ScenePieces& pieces);
+std::optional<ScenePieces> ReadSceneRecord(std::string_view value);
+// The content under this key, whole. NOT_FOUND: it, or a piece of it, is not there any more; DATA_LOSS names the key.
+absl::StatusOr<std::string> ReadContent(const Store& store, const std::string& key);
 // Files of meshes and their pieces; all their keys, and no others, begin with kVisualKeys.
 inline constexpr char kVisualKeys[] = "visual", kVisualPrefix[] = "visual/";
 std::string VisualKey(std::string_view sha256);
@@ -61,6 +75,7 @@ struct StoredRecord {
 struct StoredContent {
   std::string bytes;
   Revision revision = kAbsent;
+  std::optional<ScenePieces> pieces{};  // a scene that lies in such has them
 };
 
 struct StoredPlayers {
@@ -73,6 +88,7 @@ struct StoredRecords {
   std::vector<StoredRecord<records::Host>> hosts;
   std::vector<StoredRecord<records::Instance>> instances;  // each with a map that can be read
   std::map<std::string, StoredContent> contents;           // by key
+  std::vector<std::string> stray_pieces;                   // keys of pieces that no scene's record names
   std::map<std::uint64_t, StoredPlayers> players;          // by the instance's number; none where it has none
   std::vector<StoreEntry> unreadable;  // of hosts, instances and players; none of the above has them
 };

@@ -27,6 +27,7 @@
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
+#include "telemetry/metrics_tls.h"
 #include "telemetry/metrics_token.h"
 #include "trust/control_address.h"
 
@@ -41,6 +42,7 @@ struct GatewayFlags {
   std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
   std::string metrics_token_file, page, visuals, visual_cache, ready_file, token_file, key_file, certificate, key,
       log_level;
+  telemetry::MetricsTlsFiles metrics_tls;
   std::vector<std::string> allow_origins;
   bool behind_proxy = false;
   GatewayOptions options;
@@ -119,6 +121,8 @@ absl::Status Run(const GatewayFlags& flags) {
   if (!metrics_listen.ok()) return metrics_listen.status();
   const auto metrics_token = telemetry::ReadMetricsToken(flags.metrics_token_file);
   if (!metrics_token.ok()) return metrics_token.status();
+  const auto metrics_tls = telemetry::ReadMetricsTls(flags.metrics_tls);
+  if (!metrics_tls.ok()) return metrics_tls.status();
   const auto certificate = ReadCertificate(flags);
   if (!certificate.ok()) return certificate.status();
   const std::string page = flags.page.empty() ? FindPage() : flags.page;
@@ -146,8 +150,8 @@ absl::Status Run(const GatewayFlags& flags) {
     return absl::Status(channel.status().code(), absl::StrCat("--control ", channel.status().message()));
   if (absl::Status folder = RecordingFolder(options.recordings_dir, {}).Open(); !folder.ok()) return folder;
   GatewayMetrics metrics;
-  const auto metrics_server =
-      telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry, *metrics_token);
+  const auto metrics_server = telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port,
+                                                              metrics.registry, *metrics_token, *metrics_tls);
   if (!metrics_server.ok()) return metrics_server.status();
   VisualCache cache(flags.visual_cache, flags.visual_cache_mb * 1'000'000);
   if (absl::Status opened = cache.Open(); !opened.ok()) return opened;
@@ -211,6 +215,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");
+  telemetry::AddMetricsTlsOptions(app, flags.metrics_tls);
   app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
   app.add_option("--visuals", flags.visuals,
                  "folder of meshes that worlds are drawn with, <sha256>.glb, as `tessera scene import` writes them; "

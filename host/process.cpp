@@ -36,6 +36,7 @@ struct Launch {
   int parent_death_signal;
   pid_t parent;
   int report_fd;  // takes the child's errno; closed by exec
+  int cgroup_fd;  // takes who is to be in the group; -1: it stays in ours
 };
 
 [[noreturn]] void Exec(const Launch& launch) {
@@ -45,6 +46,7 @@ struct Launch {
     _exit(127);
   };
   setsid();
+  if (launch.cgroup_fd >= 0 && write(launch.cgroup_fd, "0", 1) != 1) fail();  // 0 is whoever writes
   if (launch.parent_death_signal != 0) {
     if (prctl(PR_SET_PDEATHSIG, launch.parent_death_signal) != 0) fail();
     if (getppid() != launch.parent) fail();  // the parent ended before the line above
@@ -132,6 +134,14 @@ absl::StatusOr<Process> Process::Spawn(const ProcessSpec& spec) {
     close(error_fd);
     return Unavailable(spec.output_path, error);
   }
+  const std::string cgroup_procs = spec.cgroup + "/cgroup.procs";
+  const int cgroup_fd = spec.cgroup.empty() ? -1 : OpenToAppend(cgroup_procs);
+  if (!spec.cgroup.empty() && cgroup_fd < 0) {
+    const int error = errno;
+    close(error_fd);
+    if (output_fd != error_fd) close(output_fd);
+    return Unavailable(cgroup_procs, error);
+  }
   const int null_fd = open("/dev/null", O_RDONLY | O_CLOEXEC);
   std::vector<char*> argv;
   for (const std::string& argument : spec.argv) argv.push_back(const_cast<char*>(argument.c_str()));
@@ -148,11 +158,13 @@ absl::StatusOr<Process> Process::Spawn(const ProcessSpec& spec) {
                       .error_fd = error_fd,
                       .parent_death_signal = spec.parent_death_signal,
                       .parent = getpid(),
-                      .report_fd = report[1]};
+                      .report_fd = report[1],
+                      .cgroup_fd = cgroup_fd};
   const pid_t pid = report_error == 0 ? VforkAndExec(launch) : -1;
   const int fork_error = report_error == 0 ? errno : report_error;
   close(error_fd);
   if (output_fd != error_fd) close(output_fd);
+  if (cgroup_fd >= 0) close(cgroup_fd);
   close(null_fd);
   close(report[1]);
   const int exec_error = ReadError(report[0]);

@@ -28,6 +28,8 @@ struct ProcessSpec {
   std::string output_path{};    // if given, standard output is appended to this file instead
   int parent_death_signal = 0;  // sent to the process when this program ends, in whatever way; 0: it lives on
   std::vector<std::string> without_environment{};  // names of variables that it does not inherit
+  std::string
+      cgroup{};  // folder of a control group (cgroup.h) that it is put into before its program runs; empty: ours
 };
 
 struct ExitStatus {

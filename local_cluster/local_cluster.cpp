@@ -117,6 +117,7 @@ void LocalCluster::StartControl() {
         std::pair("--metrics-token-file", options_.metrics_token_file)}) {
     if (!value.empty()) argv.insert(argv.end(), {option, value});
   }
+  argv.insert(argv.end(), options_.control_arguments.begin(), options_.control_arguments.end());
   control_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
   const nlohmann::json addresses = WaitReady(*control_, "tessera-control", ready, log);
   control_address_ = addresses.at("socket").get<std::string>();

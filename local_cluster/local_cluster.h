@@ -38,8 +38,9 @@ struct LocalClusterOptions {
   // HTTP address of a gateway; empty: none. At loopback who has the key in its page's address gives orders; elsewhere
   // nobody does.
   std::string page_listen = {};
-  std::string visuals = {};       // the gateway's folder of meshes to draw; empty: none
-  std::string game_modules = {};  // each agent's folder of native games; empty: none
+  std::string visuals = {};                         // the gateway's folder of meshes to draw; empty: none
+  std::string game_modules = {};                    // each agent's folder of native games; empty: none
+  std::vector<std::string> control_arguments = {};  // further ones of the control plane's program
 };
 
 class LocalCluster {

@@ -9,6 +9,7 @@
 #include "host/renamed_options.h"
 #include "host/socket_address.h"
 #include "region_worker/standalone.h"
+#include "telemetry/metrics_tls.h"
 #include "telemetry/metrics_token.h"
 
 namespace tessera::worker {
@@ -23,6 +24,7 @@ struct RawFlags {
   std::uint64_t incarnation = 0;
   WorkerOptions options;
   std::string metrics_listen, metrics_token_file, sandbox = "off";
+  telemetry::MetricsTlsFiles metrics_tls;
 };
 
 void Declare(CLI::App& app, RawFlags& raw) {
@@ -35,6 +37,7 @@ void Declare(CLI::App& app, RawFlags& raw) {
                  "ADDRESS:PORT of /metrics; port 0 takes a free one; left out: 127.0.0.1, alone at the third port");
   app.add_option("--metrics-token-file", raw.metrics_token_file,
                  "file with a token that scrapers must show; left out: whoever reaches the address may ask");
+  telemetry::AddMetricsTlsOptions(app, raw.metrics_tls);
   app.add_option("--log-level", options.log_level,
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
@@ -197,6 +200,9 @@ absl::Status CheckMetrics(RawFlags& raw) {
   auto token = telemetry::ReadMetricsToken(raw.metrics_token_file);
   if (!token.ok()) return token.status();
   raw.options.metrics_token = *std::move(token);
+  auto tls = telemetry::ReadMetricsTls(raw.metrics_tls);
+  if (!tls.ok()) return tls.status();
+  raw.options.metrics_tls = *std::move(tls);
   if (raw.metrics_listen.empty()) return absl::OkStatus();
   const auto address = host::ParseSocketAddress(raw.metrics_listen, host::PortRule::kFrom0);
   if (!address.ok()) {

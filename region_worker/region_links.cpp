@@ -10,8 +10,8 @@
 #include "telemetry/logging.h"
 
 namespace tessera::worker {
-RegionLinks::RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics)
-    : endpoint_(std::move(endpoint)), metrics_(metrics) {}
+RegionLinks::RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics, const LinkLimits& limits)
+    : endpoint_(std::move(endpoint)), metrics_(metrics), limits_(limits) {}
 
 void RegionLinks::Open(LinkIdentity identity) {
   identity_ = std::move(identity);
@@ -76,7 +76,7 @@ void RegionLinks::Handle(const net::Event& event, const Round& round) {
       }
       return OnDisconnected(event.peer, round);
     case net::Event::Kind::kFloods:
-      return;  // links have no limit
+      return;  // links have a budget of their own (link_budget.h)
     case net::Event::Kind::kMessage:
       return OnMessage(event, round);
   }
@@ -109,6 +109,11 @@ void RegionLinks::OnMessage(const net::Event& event, const Round& round) {
   const auto found = LinkOf(event.peer);
   if (found == links_.end()) return;  // dropped earlier in the same round
   if (!found->second.confirmed) return OnHello(event.peer, event.bytes, round);
+  if (!found->second.budget.Take(round.now, limits_, event.bytes.size())) {
+    metrics_.link_acceptor.CountFlood();
+    Drop(event.peer, "it sends more than a region may");
+    return OnDisconnected(event.peer, round);  // the endpoint says nothing of a peer that it was asked to drop
+  }
   metrics_.frame_bytes_in.Increment(static_cast<double>(event.bytes.size()));
   if (const std::optional<LinkMessage> message = ReadLinkMessage(event.bytes)) {
     round.events.message(found->first, *message);

@@ -25,6 +25,7 @@
 #include "region_worker/core/link_message.h"
 #include "region_worker/core/link_table.h"
 #include "region_worker/core/time.h"
+#include "region_worker/link_budget.h"
 #include "region_worker/worker_metrics.h"
 #include "tessera/v1/game.pb.h"
 
@@ -47,7 +48,7 @@ class RegionLinks {
   static constexpr Duration kMinRedial = std::chrono::milliseconds(20), kMaxRedial = std::chrono::milliseconds(1000);
   static constexpr Duration kHelloTimeout = std::chrono::seconds(3);  // for a neighbour that says nothing
 
-  RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
+  RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics, const LinkLimits& limits = {});
 
   std::uint16_t port() const { return endpoint_->port(); }
   int socket() const { return endpoint_->socket(); }
@@ -73,6 +74,7 @@ class RegionLinks {
     PeerAddress dialled;  // at which address
     TimePoint dial_at{};
     Duration backoff = kMinRedial;
+    LinkBudget budget{};  // stays when the link ends
   };
   // Accepted, but has not sent its hello.
   struct Caller {
@@ -108,6 +110,7 @@ class RegionLinks {
 
   std::unique_ptr<net::Endpoint> endpoint_;
   WorkerMetrics& metrics_;
+  const LinkLimits limits_;
   std::optional<LinkIdentity> identity_;
   bool closed_ = false;
   Links links_;

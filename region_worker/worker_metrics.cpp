@@ -45,7 +45,9 @@ AcceptorMetrics::AcceptorMetrics(prometheus::Registry& registry, const char* por
       kernel_dropped_(
           Counter(registry, "tessera_region_kernel_dropped_total",
                   "Datagrams that the kernel dropped before a port saw them: for want of room, or in a flood.",
-                  {{"port", port}})) {
+                  {{"port", port}})),
+      floods_(Counter(registry, "tessera_region_floods_total",
+                      "Sessions that were ended because they sent too much for too long.", {{"port", port}})) {
   using Stats = net::AcceptorStats;
   const auto datagrams = [&](const char* result, std::uint64_t Stats::*count) {
     series_.push_back(
@@ -65,9 +67,7 @@ AcceptorMetrics::AcceptorMetrics(prometheus::Registry& registry, const char* por
   datagrams("unknown", &Stats::unknown);
   datagrams("replayed", &Stats::replayed);
   datagrams("forged", &Stats::forged);
-  series_.push_back({&Counter(registry, "tessera_region_floods_total",
-                              "Sessions that were ended because they sent too much for too long.", {{"port", port}}),
-                     &Stats::floods});
+  series_.push_back({&floods_, &Stats::floods});
   const auto bytes = [&](const char* direction, std::uint64_t Stats::*count) {
     series_.push_back({&Counter(registry, "tessera_region_acceptor_bytes_total",
                                 "Bytes from and to peers that have not proven who they are.",

@@ -29,6 +29,8 @@ class AcceptorMetrics {
   AcceptorMetrics(prometheus::Registry& registry, const char* port);
   // `now` counts from the start of the port.
   void Take(const net::AcceptorStats& now, const net::ReceiveStats& received);
+  // One more session was ended for what it sent, which the acceptor does not know of.
+  void CountFlood() { floods_.Increment(); }
 
  private:
   struct Series {
@@ -37,7 +39,7 @@ class AcceptorMetrics {
   };
   std::vector<Series> series_;
   net::AcceptorStats before_;
-  prometheus::Counter &cut_short_, &kernel_dropped_;
+  prometheus::Counter &cut_short_, &kernel_dropped_, &floods_;
   net::ReceiveStats received_before_;
 };
 

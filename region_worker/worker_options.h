@@ -9,6 +9,7 @@
 #include "core/region/settings.h"
 #include "core/world/limits.h"
 #include "region_worker/core/identity.h"
+#include "telemetry/metrics_tls.h"
 
 namespace tessera::worker {
 
@@ -36,6 +37,7 @@ struct WorkerOptions {
   std::uint16_t game_port = 0, link_port = 0, metrics_port = 0;  // 0: any
   std::uint32_t max_players = kUsualPlayers;                     // so many play in the world at one time
   std::string metrics_token;                                     // secret; empty: everybody may ask for metrics
+  telemetry::MetricsTls metrics_tls;                             // unused: they are served as plain HTTP
   std::string metrics_host = "127.0.0.1";                        // not where players come, unless told so
   std::string agent_socket;                                      // empty: standalone
   std::optional<Standalone> standalone;

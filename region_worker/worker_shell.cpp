@@ -99,7 +99,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
                                       .max_message_bytes = net::kMaxFrameBytes});
   if (!links.ok()) return PortError(links.status(), "link port");
   auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry(),
-                                                options_.metrics_token);
+                                                options_.metrics_token, options_.metrics_tls);
   if (!server.ok()) return PortError(server.status(), "metrics port");
   clients_.emplace(*std::move(game), metrics_);
   links_.emplace(*std::move(links), metrics_);

@@ -8,10 +8,6 @@
 #include <atomic>
 #include <cassert>
 #include <chrono>
-#include <exception>
-#include <map>
-#include <mutex>
-#include <shared_mutex>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -19,18 +15,14 @@
 
 #include "CivetServer.h"
 #include "absl/strings/str_cat.h"
-#include "prometheus/text_serializer.h"
-#include "telemetry/metrics_token.h"
-#include "telemetry/process_metrics.h"
+#include "host/socket_address.h"
+#include "telemetry/tls_page_server.h"
 
 namespace tessera::telemetry {
 namespace {
 
 constexpr char kThreads[] = "2";              // a scrape and a health probe at once; more only adds stacks
 constexpr char kRequestTimeoutMs[] = "3000";  // a client that stalls gives its thread back after this
-
-// Probes of health carry no secret, and the answer tells nothing that one is needed for.
-constexpr std::string_view kOpenPage = "/healthz";
 
 // CivetWeb reports why a bind failed only through its log callback, which runs on the thread that constructs the
 // server.
@@ -44,12 +36,14 @@ int KeepLog(const mg_connection*, const char* message) {
 struct BoundAddress {
   sockaddr_storage address{};
   socklen_t size = 0;
-  std::string host;  // as CivetWeb wants it: IPv6 in brackets
+  std::string literal;  // "127.0.0.1", "::1"
+  std::string host;     // as CivetWeb wants it: IPv6 in brackets
 };
 
 absl::StatusOr<BoundAddress> ParseAddress(const std::string& text) {
   BoundAddress endpoint;
-  const std::string literal = text == "localhost" ? "127.0.0.1" : text;
+  endpoint.literal = text == "localhost" ? "127.0.0.1" : text;
+  const std::string& literal = endpoint.literal;
   auto* v4 = reinterpret_cast<sockaddr_in*>(&endpoint.address);
   auto* v6 = reinterpret_cast<sockaddr_in6*>(&endpoint.address);
   if (inet_pton(AF_INET, literal.c_str(), &v4->sin_addr) == 1) {
@@ -74,88 +68,25 @@ std::string Reason(std::string_view log) {
   return std::string(log.substr(open + 1, close - open - 1));
 }
 
-const char* ReasonPhrase(int status) {
-  switch (status) {
-    case 200:
-      return "OK";
-    case 400:
-      return "Bad Request";
-    case 401:
-      return "Unauthorized";
-    case 404:
-      return "Not Found";
-    case 405:
-      return "Method Not Allowed";
-    case 500:
-      return "Internal Server Error";
-    case 503:
-      return "Service Unavailable";
-    default:
-      return "Status";
-  }
-}
-
 }  // namespace
 
 struct MetricsServer::Impl : CivetHandler {
+  Impl(BoundAddress endpoint_in, std::shared_ptr<prometheus::Registry> registry, std::string token)
+      : endpoint(std::move(endpoint_in)), pages(std::move(registry), std::move(token)) {}
+
   BoundAddress endpoint;
   std::uint16_t port = 0;
-  std::string token;  // empty: everybody may ask
-  std::shared_ptr<prometheus::Registry> registry;
-  ProcessMetrics process_metrics;
-
-  std::shared_mutex mutex;  // guards the two below; handlers are copied out, never called under it
-  std::map<std::string, HttpHandler, std::less<>> handlers;
-  std::vector<std::weak_ptr<prometheus::Collectable>> collectables;
-
-  std::unique_ptr<CivetServer> server;
-
-  HttpReply Metrics() {
-    std::vector<prometheus::MetricFamily> families = process_metrics.Collect();
-    const auto append = [&families](std::vector<prometheus::MetricFamily> more) {
-      families.insert(families.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
-    };
-    if (registry != nullptr) append(registry->Collect());
-    std::vector<std::weak_ptr<prometheus::Collectable>> added;
-    {
-      const std::shared_lock lock(mutex);
-      added = collectables;
-    }
-    for (const auto& weak : added) {
-      if (const auto collectable = weak.lock()) append(collectable->Collect());
-    }
-    return {.content_type = "text/plain; version=0.0.4; charset=utf-8",
-            .body = prometheus::TextSerializer().Serialize(families)};
-  }
-
-  bool MayAsk(const mg_connection* connection, const mg_request_info& info) const {
-    if (token.empty() || info.local_uri == kOpenPage) return true;
-    const char* shown = mg_get_header(connection, "Authorization");
-    return shown != nullptr && ShowsToken(shown, token);
-  }
-
-  HttpReply Answer(const mg_request_info& info) {
-    const std::string_view method = info.request_method;
-    if (method != "GET" && method != "HEAD") return {.status = 405, .body = "only GET and HEAD\n"};
-    HttpRequest request{.path = info.local_uri, .query = info.query_string == nullptr ? "" : info.query_string};
-    HttpHandler handler;
-    {
-      const std::shared_lock lock(mutex);
-      if (const auto found = handlers.find(request.path); found != handlers.end()) handler = found->second;
-    }
-    if (!handler) return {.status = 404, .body = absl::StrCat("no page ", request.path, "\n")};
-    try {
-      return handler(request);
-    } catch (const std::exception& error) {  // must not unwind into CivetWeb, which is C
-      return {.status = 500, .body = absl::StrCat(error.what(), "\n")};
-    }
-  }
+  ServedPages pages;
+  std::unique_ptr<CivetServer> server;        // plain HTTP
+  std::unique_ptr<TlsPageServer> tls_server;  // in its place
 
   bool Reply(mg_connection* connection) {
     const mg_request_info& info = *mg_get_request_info(connection);
-    const HttpReply reply = MayAsk(connection, info)
-                                ? Answer(info)
-                                : HttpReply{.status = 401, .body = "the token of the metrics is needed\n"};
+    const char* authorization = mg_get_header(connection, "Authorization");
+    const HttpReply reply = pages.Reply(
+        {.method = info.request_method,
+         .request = {.path = info.local_uri, .query = info.query_string == nullptr ? "" : info.query_string},
+         .authorization = authorization == nullptr ? "" : authorization});
     std::string message =
         absl::StrCat("HTTP/1.1 ", reply.status, " ", ReasonPhrase(reply.status),
                      "\r\nContent-Type: ", reply.content_type, "\r\nContent-Length: ", reply.body.size(),
@@ -178,6 +109,8 @@ struct MetricsServer::Impl : CivetHandler {
   // CivetWeb 1.15 looks at its stop flag only when its poll of the listening socket ends, every 2 s or on a connection
   // (mended in 1.16). So connections are made until it has stopped.
   void Stop() {
+    tls_server.reset();
+    if (server == nullptr) return;
     std::atomic<bool> stopped = false;
     std::thread waker([this, &stopped] {
       while (!stopped) {
@@ -196,19 +129,9 @@ struct MetricsServer::Impl : CivetHandler {
   }
 };
 
-absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::string& bind_address, std::uint16_t port,
-                                                                    std::shared_ptr<prometheus::Registry> registry,
-                                                                    std::string token) {
-  absl::StatusOr<BoundAddress> endpoint = ParseAddress(bind_address);
-  if (!endpoint.ok()) return endpoint.status();
-
-  auto impl = std::make_unique<Impl>();
-  impl->endpoint = *std::move(endpoint);
-  impl->registry = std::move(registry);
-  impl->token = std::move(token);
-  impl->handlers["/metrics"] = [raw = impl.get()](const HttpRequest&) { return raw->Metrics(); };
-
-  const std::string wanted = absl::StrCat(impl->endpoint.host, ":", port);
+// Plain HTTP. The port is bound.
+absl::Status MetricsServer::StartPlain(Impl& impl, std::uint16_t port) {
+  const std::string wanted = absl::StrCat(impl.endpoint.host, ":", port);
   const std::vector<std::string> options = {"listening_ports",
                                             wanted,
                                             "num_threads",
@@ -224,24 +147,48 @@ absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::s
   try {
     CivetCallbacks callbacks;
     callbacks.log_message = KeepLog;
-    impl->server = std::make_unique<CivetServer>(options, &callbacks);
+    impl.server = std::make_unique<CivetServer>(options, &callbacks);
   } catch (const CivetException& error) {
     if (log.empty()) log = error.what();
   }
   start_log = nullptr;
-  if (impl->server == nullptr) {
+  if (impl.server == nullptr) {
     return absl::UnavailableError(absl::StrCat("cannot serve HTTP on ", wanted, ": ", Reason(log)));
   }
 
-  const std::vector<int> ports = impl->server->getListeningPorts();
+  const std::vector<int> ports = impl.server->getListeningPorts();
   assert(ports.size() == 1);
-  impl->port = static_cast<std::uint16_t>(ports.front());
-  if (impl->endpoint.address.ss_family == AF_INET) {
-    reinterpret_cast<sockaddr_in*>(&impl->endpoint.address)->sin_port = htons(impl->port);
+  impl.port = static_cast<std::uint16_t>(ports.front());
+  if (impl.endpoint.address.ss_family == AF_INET) {
+    reinterpret_cast<sockaddr_in*>(&impl.endpoint.address)->sin_port = htons(impl.port);
   } else {
-    reinterpret_cast<sockaddr_in6*>(&impl->endpoint.address)->sin6_port = htons(impl->port);
+    reinterpret_cast<sockaddr_in6*>(&impl.endpoint.address)->sin6_port = htons(impl.port);
   }
-  impl->server->addHandler("**", impl.get());  // one handler for all: exact paths are ours, CivetWeb matches prefixes
+  impl.server->addHandler("**", &impl);  // one handler for all: exact paths are ours, CivetWeb matches prefixes
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::string& bind_address, std::uint16_t port,
+                                                                    std::shared_ptr<prometheus::Registry> registry,
+                                                                    std::string token, const MetricsTls& tls) {
+  absl::StatusOr<BoundAddress> endpoint = ParseAddress(bind_address);
+  if (!endpoint.ok()) return endpoint.status();
+  auto impl = std::make_unique<Impl>(*std::move(endpoint), std::move(registry), std::move(token));
+  if (tls.used()) {
+    const std::string& literal = impl->endpoint.literal;
+    // For the reason of a failure, which the server does not report.
+    absl::Status free = host::CheckBindable({.host = literal, .port = port}, "metrics");
+    if (!free.ok()) return free;
+    auto server = TlsPageServer::Start(literal, port, tls, impl->pages);
+    if (!server.ok()) {
+      return absl::UnavailableError(
+          absl::StrCat("cannot serve HTTPS on ", impl->endpoint.host, ":", port, ": ", server.status().message()));
+    }
+    impl->tls_server = *std::move(server);
+    impl->port = impl->tls_server->port();
+  } else if (absl::Status status = StartPlain(*impl, port); !status.ok()) {
+    return status;
+  }
   return std::unique_ptr<MetricsServer>(new MetricsServer(std::move(impl)));
 }
 
@@ -252,14 +199,11 @@ std::uint16_t MetricsServer::port() const { return impl_->port; }
 std::string MetricsServer::address() const { return absl::StrCat(impl_->endpoint.host, ":", impl_->port); }
 
 void MetricsServer::AddHandler(const std::string& path, HttpHandler handler) {
-  assert(path.starts_with('/') && handler);
-  const std::unique_lock lock(impl_->mutex);
-  impl_->handlers[path] = std::move(handler);
+  impl_->pages.AddHandler(path, std::move(handler));
 }
 
 void MetricsServer::AddCollectable(std::weak_ptr<prometheus::Collectable> collectable) {
-  const std::unique_lock lock(impl_->mutex);
-  impl_->collectables.push_back(std::move(collectable));
+  impl_->pages.AddCollectable(std::move(collectable));
 }
 
 }  // namespace tessera::telemetry

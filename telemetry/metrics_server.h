@@ -10,14 +10,13 @@
 //   spdlog::info("metrics at={}", (*server)->address());
 //
 // Only GET and HEAD are answered; an unknown path is 404, another method 405. Where there is a token, whoever asks for
-// anything but /healthz shows it, or gets 401. There is no TLS: bind to loopback or to a network that only operators
-// reach. Thread rule: every method may be called from any thread.
-// Handlers and collectables run on one of two server threads, at most two at a time, and must not block. The destructor
-// waits for requests under way.
+// anything but /healthz shows it, or gets 401. Without TLS (metrics_tls.h) bind to loopback or to a network that only
+// operators reach. Thread rule: every method may be called from any thread.
+// Handlers and collectables run on one of two server threads (with TLS there is one), and must not block. The
+// destructor waits for requests under way.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -25,31 +24,20 @@
 #include "absl/status/statusor.h"
 #include "prometheus/collectable.h"
 #include "prometheus/registry.h"
+#include "telemetry/metrics_tls.h"
+#include "telemetry/served_pages.h"
 
 namespace tessera::telemetry {
-
-struct HttpRequest {
-  std::string path;   // decoded, without the query
-  std::string query;  // as sent, without '?'
-};
-
-struct HttpReply {
-  int status = 200;
-  std::string content_type = "text/plain; charset=utf-8";
-  std::string body;
-};
-
-using HttpHandler = std::function<HttpReply(const HttpRequest&)>;
 
 class MetricsServer {
  public:
   // `bind_address` is an IPv4 or IPv6 literal, or "localhost"; `port` 0 takes a free one. Errors name both:
   // kInvalidArgument for an address that is none, kUnavailable where it cannot be bound (in use, not an address of this
   // host, no permission).
-  // `token`: see metrics_token.h; empty: everybody may ask.
+  // `token`: see metrics_token.h; empty: everybody may ask. `tls`: by what it speaks HTTPS; unused: plain HTTP.
   static absl::StatusOr<std::unique_ptr<MetricsServer>> Start(const std::string& bind_address, std::uint16_t port,
                                                               std::shared_ptr<prometheus::Registry> registry,
-                                                              std::string token = "");
+                                                              std::string token = "", const MetricsTls& tls = {});
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
@@ -65,6 +53,7 @@ class MetricsServer {
  private:
   struct Impl;
   explicit MetricsServer(std::unique_ptr<Impl> impl);
+  static absl::Status StartPlain(Impl& impl, std::uint16_t port);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -110,6 +110,12 @@ class Cluster {
   // --- Instances. Each answer is the instance as it is then.
   // kResourceExhausted when there is no room for all regions.
   absl::StatusOr<v1::Instance> CreateInstance(Now now, const InstancePlan& plan, bool validate_only);
+  // See ClusterState.
+  bool HoldScene(const std::string& hash) { return state_->HoldScene(hash); }
+  absl::Status AdoptScene(const std::string& hash, const ScenePieces& pieces) {
+    return state_->AdoptScene(hash, pieces);
+  }
+  void ReleaseScene(const std::string& hash) { state_->ReleaseScene(hash); }
   // Repeating it is fine: an instance that stops or has ended is returned as it is.
   absl::StatusOr<v1::Instance> DeleteInstance(Now now, const v1::DeleteInstanceRequest& request);
   // The work follows. FAILED_PRECONDITION unless the instance runs.
@@ -171,9 +177,10 @@ class Cluster {
 
   // --- Players: see instance_players.h.
   // The first step of a join: whether the instance lets such a request in, and the ticket, if it has one, which is used
-  // up by it. `stranger`: the caller has proved nothing else. Errors are those of CheckGuest, Tickets and Bans.
+  // up by it. `stranger`: the caller has proved nothing else, and comes from there (CountedAddress), where that is
+  // known; nothing: it has. Errors are those of CheckGuest, GuestRates, Tickets and Bans.
   absl::StatusOr<std::optional<trust::Ticket>> TakeTicket(Now now, const v1::JoinInstanceRequest& request,
-                                                          bool stranger);
+                                                          const std::optional<std::string>& stranger);
   absl::Status BeginWait(Now now, const v1::JoinInstanceRequest& request);
   void EndWait(Now now, const std::string& instance_id);
   // Joins that wait for the instance's workers.

@@ -23,13 +23,20 @@ void Cluster::EndWait(Now now, const std::string& instance_id) {
 }
 
 absl::StatusOr<std::optional<trust::Ticket>> Cluster::TakeTicket(Now now, const v1::JoinInstanceRequest& request,
-                                                                 bool stranger) {
+                                                                 const std::optional<std::string>& stranger) {
   if (absl::StatusOr<bool> open = CanJoin(state(), request.instance_id(), request.viewer()); !open.ok()) {
     return open.status();
   }
   const InstanceEntry& instance = *state_->FindInstance(request.instance_id());
-  if (absl::Status status = CheckGuest(instance.record, request, stranger); !status.ok()) return status;
-  if (request.ticket().empty()) return std::nullopt;
+  if (absl::Status status = CheckGuest(instance.record, request, stranger.has_value()); !status.ok()) {
+    return status;
+  }
+  if (request.ticket().empty()) {
+    if (!stranger || !request.credential().empty()) return std::nullopt;
+    if (absl::Status status = players_.TakeGuest(instance, request.viewer(), *stranger, now); !status.ok())
+      return status;
+    return std::nullopt;
+  }
   absl::StatusOr<trust::Ticket> ticket = tickets_.Check(request.ticket(), instance.record, now);
   if (!ticket.ok()) return ticket.status();
   if (absl::Status status = bans_.Check(instance.record.id(), ticket->player_id); !status.ok()) return status;

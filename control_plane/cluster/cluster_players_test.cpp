@@ -2,7 +2,10 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <optional>
+#include <string>
 
+#include "control_plane/retry_after.h"
 #include "control_plane/testing/cluster_harness.h"
 #include "control_plane/testing/fake_backend.h"
 #include "core/world/limits.h"
@@ -36,7 +39,7 @@ class ClusterPlayersTest : public ::testing::Test {
   }
   // As the doors do.
   absl::StatusOr<struct Joined> Join(const v1::JoinInstanceRequest& request) {
-    const auto ticket = harness_.cluster().TakeTicket(harness_.now, request, true);
+    const auto ticket = harness_.cluster().TakeTicket(harness_.now, request, address_);
     if (!ticket.ok()) return ticket.status();
     return harness_.cluster().Join(harness_.now, request, *ticket);
   }
@@ -72,7 +75,7 @@ class ClusterPlayersTest : public ::testing::Test {
 
   ClusterHarness harness_;
   FakeBackend game_{1};
-  std::string id_;
+  std::string id_, address_;  // the address: from which strangers come, "" where it is not known
 };
 
 TEST_F(ClusterPlayersTest, ATicketsNameIdAndPropertiesAreThePlayers) {
@@ -147,7 +150,7 @@ TEST_F(ClusterPlayersTest, ACopiedTicketJoinsNobodyWhateverDied) {
   v1::JoinInstanceRequest request;
   request.set_instance_id(id_);
   request.set_ticket(text);
-  ASSERT_TRUE(harness_.cluster().TakeTicket(harness_.now, request, true).ok());
+  ASSERT_TRUE(harness_.cluster().TakeTicket(harness_.now, request, address_).ok());
   harness_.Restart();
   harness_.Pump();
   EXPECT_EQ(Join(id_, text).status().code(), absl::StatusCode::kUnauthenticated);
@@ -171,13 +174,47 @@ TEST_F(ClusterPlayersTest, AnInstanceWithoutGuestsRefusesThem) {
   v1::JoinInstanceRequest watch;
   watch.set_instance_id(id_);
   watch.set_viewer(true);
-  EXPECT_EQ(harness_.cluster().TakeTicket(harness_.now, watch, true).status().code(),
+  EXPECT_EQ(harness_.cluster().TakeTicket(harness_.now, watch, address_).status().code(),
             absl::StatusCode::kUnauthenticated);
-  EXPECT_TRUE(harness_.cluster().TakeTicket(harness_.now, watch, false).ok()) << "an operator's page watches";
+  EXPECT_TRUE(harness_.cluster().TakeTicket(harness_.now, watch, std::nullopt).ok()) << "an operator's page watches";
   const std::string open = Running(true);
   EXPECT_TRUE(harness_.Get(open).guests());
   EXPECT_TRUE(Join(JoinRequest(open)).ok());
   EXPECT_TRUE(JoinAs(open, "ada").ok()) << "guests and others play together";
+}
+
+TEST_F(ClusterPlayersTest, GuestsOfOneAddressJoinAtARateAndTicketsAndOthersAsBefore) {
+  const GuestLimits limits = ControlSettings{}.guests;
+  const std::string open = Running(true);
+  address_ = "flood";
+  for (int i = 0; i < static_cast<int>(limits.of_address.burst); ++i) ASSERT_TRUE(Join(JoinRequest(open)).ok()) << i;
+  const absl::Status refused = Join(JoinRequest(open)).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+  ASSERT_TRUE(RetryAfterOf(refused).has_value()) << refused;
+  EXPECT_TRUE(JoinAs(open, "ada").ok()) << "who shows a ticket is known";
+  address_ = "";
+  const auto other = Join(JoinRequest(open));
+  ASSERT_TRUE(other.ok()) << other.status();
+  address_ = "flood";
+  v1::JoinInstanceRequest back = JoinRequest(open, "");
+  back.set_credential(other->response.credential());
+  back.set_credential_key(other->response.credential_key());
+  EXPECT_TRUE(Join(back).ok()) << "who comes back has a place";
+  harness_.now.steady += *RetryAfterOf(refused);
+  EXPECT_TRUE(Join(JoinRequest(open)).ok()) << "who waits as told comes in";
+}
+
+TEST_F(ClusterPlayersTest, AFloodOfGuestsFromEverywhereIsHeldToTheInstancesRate) {
+  const GuestLimits limits = ControlSettings{}.guests;
+  const std::string open = Running(true), other = Running(true);
+  const int burst = static_cast<int>(limits.of_instance.burst);
+  for (int i = 0; i < burst; ++i) {
+    address_ = "address " + std::to_string(i);
+    ASSERT_TRUE(Join(JoinRequest(open)).ok()) << i;
+  }
+  address_ = "one more";
+  EXPECT_EQ(Join(JoinRequest(open)).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(Join(JoinRequest(other)).ok());
 }
 
 TEST_F(ClusterPlayersTest, ATicketSaysAllThatThereIsToSay) {

@@ -62,6 +62,7 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store, b
       return status;
     }
   }
+  state->effects_.scene_pieces = std::move(stored->stray_pieces);
   for (const auto& [key, content] : stored->contents) {
     if (absl::Status status = state->AdoptContent(key, content); !status.ok()) return status;
   }
@@ -127,8 +128,11 @@ void ClusterState::FollowSeed(InstanceEntry& instance) {
 // A control plane that knew of no properties, or of no files of meshes, kept the scene's, unread; its workers may be
 // replaced by some that know them.
 absl::Status ClusterState::AdoptContent(const std::string& key, const StoredContent& content) {
+  // While something is set aside, it may need what nobody else does.
+  if (set_aside_.empty() && !contents_.contains(key) && content.pieces) return DropStray(key, content);
   ContentUse& use = contents_[key];
   use.revision = content.revision;
+  use.pieces = content.pieces;
   if (use.instances == 0 || !IsSceneKey(key)) return absl::OkStatus();
   for (InstanceEntry& instance : EachInstance()) {
     const bool taken = instance.record.properties_taken() && instance.record.world_properties_taken() &&
@@ -330,7 +334,7 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   for (const std::string& key : added) ++contents_[key].instances;
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
-    if (use != contents_.end() && --use->second.instances == 0 && !keep) contents_.erase(use);
+    if (use != contents_.end() && --use->second.instances == 0 && !keep) ForgetContent(use);
   }
   for (const std::uint32_t index : buckets) {
     instance.player_revisions[index] = players.bucket(index) == nullptr ? kAbsent : *written;

@@ -206,6 +206,14 @@ class ClusterState {
     return number > 0 && number <= counters_.record.last_host() && !IsSetAside(HostKey(number));
   }
 
+  // --- Large scenes, whose pieces are stored before an instance is made with them, outside of the cluster's lock.
+  // True: it is in use, and stays so until ReleaseScene.
+  bool HoldScene(const std::string& hash);
+  // Its pieces are stored: it is in use until ReleaseScene. Where somebody else was faster the pieces are given up.
+  absl::Status AdoptScene(const std::string& hash, const ScenePieces& pieces);
+  // Its maker needs it no more. Without an instance that uses it it goes.
+  void ReleaseScene(const std::string& hash);
+
   // --- Writing. UNAVAILABLE: nothing was written, and nothing has changed.
   absl::StatusOr<HostEntry*> AddHost(records::Host record);  // gives it its id
   absl::Status StoreHost(HostEntry& host, const records::Host& next);
@@ -280,8 +288,9 @@ class ClusterState {
 
  private:
   struct ContentUse {
-    int instances = 0;
+    int instances = 0;  // that use it, and makers of such that hold it
     Revision revision = kAbsent;
+    std::optional<ScenePieces> pieces{};
   };
 
   explicit ClusterState(Store& store) : store_(store) {}
@@ -295,8 +304,11 @@ class ClusterState {
   void Adopt(const StoredRecord<records::Instance>& stored);
   absl::Status AdoptPlayers(InstanceEntry& instance, StoredPlayers stored);
   absl::Status AdoptContent(const std::string& key, const StoredContent& content);
+  absl::Status DropStray(const std::string& key, const StoredContent& content);
   // The writes of those of `contents` that the store lacks.
   std::vector<StoreOp> PutMissing(const records::Instance& record, const Contents& contents) const;
+  // It has left the store: so do its pieces, later.
+  void ForgetContent(std::map<std::string, ContentUse>::iterator use);
   void FollowPlacements(InstanceEntry& instance);
   static void FollowSeed(InstanceEntry& instance);
 

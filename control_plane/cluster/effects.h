@@ -34,6 +34,7 @@ struct Effects {
   std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;  // checkpoints, and drafts of them, by tick
   std::vector<std::string> forgotten;                                    // instances
   std::set<std::string> visuals;                                         // files whose pieces are to be removed
+  std::vector<std::string> scene_pieces;                                 // keys in the store, likewise
   std::vector<std::chrono::nanoseconds> failovers;                       // durations of those that ended
 };
 

@@ -160,6 +160,12 @@ absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstance
   return instance;
 }
 
+absl::Status InstancePlayers::TakeGuest(const InstanceEntry& instance, bool viewer, const std::string& address,
+                                        Now now) {
+  if (!viewer && !CheckRoom(instance).ok()) return absl::OkStatus();
+  return guests_.Take(instance.number, address, now);
+}
+
 InstanceEntry* InstancePlayers::EndWait(const std::string& instance_id) {
   InstanceEntry* instance = state_.FindInstance(instance_id);
   if (instance != nullptr) --known_[instance->number].waiting;

@@ -18,6 +18,7 @@
 #include "absl/status/statusor.h"
 #include "control_plane/cluster/cluster_state.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/guest_rates.h"
 #include "control_plane/now.h"
 #include "tessera/v1/session.pb.h"
 #include "trust/ticket.h"
@@ -31,8 +32,16 @@ struct Joined {
 
 class InstancePlayers {
  public:
-  InstancePlayers(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
-  void Forget(std::uint64_t number) { known_.erase(number); }
+  InstancePlayers(ClusterState& state, const ControlSettings& settings)
+      : state_(state), settings_(settings), guests_(settings.guests) {}
+  void Forget(std::uint64_t number) {
+    known_.erase(number);
+    guests_.Forget(number);
+  }
+
+  // Counts a stranger who is to join without a ticket; see GuestRates for errors. One too many for a full world is not
+  // counted: it is refused later.
+  absl::Status TakeGuest(const InstanceEntry& instance, bool viewer, const std::string& address, Now now);
 
   // The instance that the join waits for; it may start because of it, but for a viewer's, which is not counted. Errors
   // name the field.
@@ -82,6 +91,7 @@ class InstancePlayers {
   ClusterState& state_;
   ControlSettings settings_;
   std::map<std::uint64_t, Known> known_;  // by instance number
+  GuestRates guests_;
 };
 
 // UNAUTHENTICATED unless the request may be made without a ticket: the instance takes guests, or it shows a credential,

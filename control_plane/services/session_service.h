@@ -1,10 +1,13 @@
 // SessionServiceImpl: SessionService at one door. Thread rule: as Answerer.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/queries.h"
+#include "control_plane/counted_address.h"
+#include "control_plane/retry_after.h"
 #include "control_plane/services/answerer.h"
 #include "tessera/v1/session.grpc.pb.h"
 
@@ -22,10 +25,14 @@ class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
         return absl::PermissionDeniedError(
             absl::StrCat("viewer: token ", caller.token, " is a viewer's, which joins to watch and not to play"));
       }
-      const absl::Status status =
-          Take(plane_.Join(
-                   *request, [context] { return context->IsCancelled(); }, caller.door == Door::kPlayers),
-               response);
+      std::optional<std::string> stranger;
+      if (caller.door == Door::kPlayers) stranger = CountedPeer(context->peer());
+      const absl::Status status = Take(plane_.Join(
+                                           *request, [context] { return context->IsCancelled(); }, stranger),
+                                       response);
+      if (const auto wait = RetryAfterOf(status)) {
+        context->AddTrailingMetadata(kRetryAfterHeader, std::to_string(wait->count()));
+      }
       metrics_.CountSession(status);
       return status;
     });

@@ -93,6 +93,11 @@ TEST_F(AttackTest, AHundredStreamsThatSayNothingKeepNobodyOut) {
   ExpectRefused(support::SayNothing(target_, 100), before);
 }
 
+TEST_F(AttackTest, ConnectionsOfOneAddressAreFewAndOthersComeIn) {
+  const double before = Megabytes();
+  ExpectRefused(support::HoldConnections(target_, 300, 64), before);
+}
+
 TEST_F(AttackTest, ImportsOfStrangersAreNotRead) {
   const double before = Megabytes();
   ExpectRefused(support::ImportAsStranger(target_, 4, std::size_t{512} << 20), before);

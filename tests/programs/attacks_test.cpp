@@ -20,7 +20,7 @@ std::set<std::string> TestsOfTheTree() {
   static const std::regex kTest("\\nTEST(?:_F|_P)?\\((\\w+), (\\w+)\\)");
   std::set<std::string> tests;
   const fs::path root = TESSERA_SOURCE_DIR;
-  for (const char* folder : {"agent", "control_plane", "gateway", "net", "region_worker", "tests"}) {
+  for (const char* folder : {"agent", "control_plane", "gateway", "host", "net", "region_worker", "tests"}) {
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder)) {
       if (!entry.path().string().ends_with("_test.cpp")) continue;
       const std::string text = host::ReadFile(entry.path().string(), kMaxAttacksBytes).value();

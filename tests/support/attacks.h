@@ -39,6 +39,9 @@ Outcome AskAtLength(const Target& target, int calls, std::size_t bytes);
 Outcome SayNothing(const Target& target, int streams);
 // So many imports at once, of so many bytes each, without a token.
 Outcome ImportAsStranger(const Target& target, int imports, std::size_t bytes);
+// So many connections from one address at each door, which say nothing. Through are more than `most` that stay at one,
+// and others who are kept out of it.
+Outcome HoldConnections(const Target& target, int at_each_door, int most);
 // No TLS.
 Outcome SpeakPlainText(const Target& target);
 // So many guests' joins and leaves, by so many threads. Through is what is left in the world.

@@ -1,0 +1,56 @@
+// ClusterState's part in large scenes: who holds one while an instance is made with it.
+#include <string>
+#include <vector>
+
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/stored_records.h"
+
+namespace tessera::control {
+
+bool ClusterState::HoldScene(const std::string& hash) {
+  const auto use = contents_.find(SceneKey(hash));
+  if (use == contents_.end()) return false;
+  ++use->second.instances;
+  return true;
+}
+
+absl::Status ClusterState::AdoptScene(const std::string& hash, const ScenePieces& pieces) {
+  if (HoldScene(hash)) {
+    const std::vector<std::string> keys = ScenePieceKeys(hash, pieces);
+    effects_.scene_pieces.insert(effects_.scene_pieces.end(), keys.begin(), keys.end());
+    return absl::OkStatus();
+  }
+  const std::string key = SceneKey(hash);
+  const auto written = WriteStored(std::vector<StoreOp>{PutOp(key, SceneRecord(pieces), kAbsent)});
+  if (!written.ok()) return written.status();
+  contents_[key] = {.instances = 1, .revision = *written, .pieces = pieces};
+  return absl::OkStatus();
+}
+
+void ClusterState::ReleaseScene(const std::string& hash) {
+  const auto use = contents_.find(SceneKey(hash));
+  if (use == contents_.end() || --use->second.instances > 0) return;
+  if (!set_aside_.empty()) return;  // one that is set aside may use it
+  // Where it cannot be removed now, the next life does it.
+  if (Write(std::vector<StoreOp>{DeleteOp(use->first, use->second.revision)}).ok()) ForgetContent(use);
+}
+
+void ClusterState::ForgetContent(std::map<std::string, ContentUse>::iterator use) {
+  if (use->second.pieces) {
+    // The key without "scene/".
+    const std::vector<std::string> keys = ScenePieceKeys(use->first.substr(SceneKey("").size()), *use->second.pieces);
+    effects_.scene_pieces.insert(effects_.scene_pieces.end(), keys.begin(), keys.end());
+  }
+  contents_.erase(use);
+}
+
+// A scene in pieces of an instance that was never made, because its maker ended before.
+absl::Status ClusterState::DropStray(const std::string& key, const StoredContent& content) {
+  const auto written = Write(std::vector<StoreOp>{DeleteOp(key, content.revision)});
+  if (!written.ok()) return absl::UnavailableError(written.status().message());
+  const auto use = contents_.emplace(key, ContentUse{.revision = kAbsent, .pieces = content.pieces}).first;
+  ForgetContent(use);
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::control
