@@ -45,6 +45,8 @@ GatewayMetrics::GatewayMetrics()
       orders_failed(Count(*registry, kOrdersName, kOrdersHelp, {{"result", "failed"}})),
       orders_refused(Count(*registry, kOrdersName, kOrdersHelp, {{"result", "refused"}})),
       frame_seconds(prometheus::BuildHistogram()
+      tickets_refused(Count(*registry, "tessera_gateway_tickets_refused_total",
+                            "Joins that were refused for want of a ticket, or for one that did not count.")),
                         .Name("tessera_gateway_frame_seconds")
                         .Help("Time to make a frame.")
                         .Register(*registry)

@@ -19,6 +19,7 @@ struct GatewayMetrics {
   prometheus::Counter &messages, &bad_messages;
   prometheus::Counter &refused_full, &refused_origin;
   prometheus::Counter &orders_done, &orders_failed, &orders_refused;
+  prometheus::Counter& tickets_refused;
   prometheus::Histogram& frame_seconds;
 };
 

@@ -145,6 +145,10 @@ absl::Status Run(const GatewayFlags& flags) {
   if (!channel.ok())
     return absl::Status(channel.status().code(), absl::StrCat("--control ", channel.status().message()));
   if (absl::Status folder = RecordingFolder(options.recordings_dir, {}).Open(); !folder.ok()) return folder;
+  if (!options.players_door.empty()) {
+    const auto door = trust::ParseControlAddresses(options.players_door, host::PortRule::kFrom1);
+    if (!door.ok()) return absl::InvalidArgumentError(absl::StrCat("--players ", door.status().message()));
+  }
   GatewayMetrics metrics;
   const auto metrics_server =
       telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry, *metrics_token);
@@ -218,6 +222,11 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingDirectory);
   app.add_option("--visual-cache", flags.visual_cache,
                  "folder for the meshes that came from the control plane, made where it is missing; without it they "
+  app.add_option("--players", flags.options.players_door,
+                 "the players' door, HOST:PORT#FINGERPRINT (tessera-control --players-listen), where visitors play "
+                 "as guests or by tickets; default --control, where they play by the gateway's token, and by tickets "
+                 "if it is a socket")
+      ->envname("TESSERA_PLAYERS");
                  "are kept in memory alone")
       ->envname("TESSERA_VISUAL_CACHE");
   app.add_option("--visual-cache-mb", flags.visual_cache_mb,

@@ -27,6 +27,7 @@ export interface FakeOptions {
   still?: boolean; // the world does not step by itself
   level?: number; // triangles of a level beyond its own
   token?: string; // orders need it
+  ticket?: string; // players need it
   key?: string; // or this
   visuals?: ShapeVisuals[];
   files?: Map<string, Buffer>; // mesh files, by hash
@@ -145,7 +146,7 @@ export class FakeGateway {
       socket.send(JSON.stringify({ type: 'problem', code: 'no_world', text: `instance ${name}: no such instance`, again_s: 2 }));
       return socket.close(4000, 'no_world');
     }
-    const viewer = new FakeViewer(this.world, socket, { status: () => this.status(), kill: (region) => this.kill(region), token: this.options.token ?? '', key: this.options.key ?? '' }, replay);
+    const viewer = new FakeViewer(this.world, socket, { status: () => this.status(), kill: (region) => this.kill(region), token: this.options.token ?? '', ticket: this.options.ticket ?? '', key: this.options.key ?? '' }, replay);
     this.viewers.add(viewer);
     socket.on('close', () => {
       this.viewers.delete(viewer);

@@ -314,6 +314,53 @@ test('the key of a local cluster leaves the address, and orders are taken by it'
   await local.close();
 });
 
+test('where no guests are taken the page asks for a ticket, says what is wrong with it, and keeps it nowhere', async () => {
+  const strict = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: 10, still: true, ticket: 'AVZH-good' });
+  const at = await strict.listen();
+  const { page, complaints } = await open(browser, `${at}/#plaza-1`, { size: SMALL });
+  const give = async (ticket: string) => {
+    await page.getByLabel('Ticket').last().fill(ticket);
+    await page.locator('#ticket').getByRole('button', { name: 'Play' }).click();
+  };
+  await page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
+  await page.getByRole('button', { name: 'Play', exact: true }).click();
+  await page.locator('#ticket[open] p', { hasText: 'a ticket is needed' }).waitFor(WAIT);
+  await give('AVZH-late');
+  await page.locator('#ticket[open] p', { hasText: 'ran out 31 s ago' }).waitFor(WAIT);
+  assert.equal(await page.evaluate('tessera.counts.link'), 'open', 'it is still watched');
+  await give('AVZH-good');
+  await page.waitForFunction('tessera.view.own >= 0', undefined, WAIT);
+  assert.equal([...strict.world.players.values()][0]!.name, 'ada');
+  assert.equal(await page.locator('#ticket[open]').count(), 0);
+  const kept = 'JSON.stringify({ ...localStorage, ...sessionStorage }).includes("AVZH") || location.href.includes("AVZH") || document.cookie.includes("AVZH") || document.querySelector("#ticket input").value !== ""';
+  assert.equal(await page.evaluate(kept), false);
+  assert.deepEqual(complaints, { errors: [], foreign: [] });
+  await page.context().close();
+  await strict.close();
+});
+
+test('a ticket in the address leaves it, is sent to no server by the browser, and joins', async () => {
+  const strict = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: 10, still: true, ticket: 'AVZH-good' });
+  const at = await strict.listen();
+  const asked: string[] = [];
+  const { page, complaints } = await open(browser, `${at}/#ticket=AVZH-good&plaza-1`, {
+    size: SMALL,
+    before: (fresh) => Promise.resolve(void fresh.on('request', (request) => asked.push(`${request.url()} ${JSON.stringify(request.headers())}`))),
+  });
+  await page.waitForFunction('window.tessera && tessera.view.own >= 0', undefined, WAIT);
+  assert.equal(page.url(), `${at}/#plaza-1`);
+  // The browser’s own account of an address has what follows its hash; a server gets it neither in a path nor a header.
+  for (const request of asked) assert.doesNotMatch(request.replace(/#[^ ]*/, ''), /AVZH/);
+  assert.equal(strict.world.players.size, 1);
+  await page.getByRole('button', { name: 'Leave' }).click();
+  await page.waitForFunction('tessera.view.own < 0', undefined, WAIT);
+  await page.getByRole('button', { name: 'Play', exact: true }).click();
+  await page.locator('#ticket[open] p', { hasText: 'a ticket is needed' }).waitFor(WAIT);
+  assert.deepEqual(complaints, { errors: [], foreign: [] });
+  await page.context().close();
+  await strict.close();
+});
+
 test('the page asks nobody else, complains of nothing and is small', () => {
   assert.deepEqual(complaints, { errors: [], foreign: [] });
   // Two pages were served by now.
