@@ -46,6 +46,9 @@ constexpr const char* kMethods[] = {"HostService/AddHost",
                                     "InstanceService/UpgradeInstance",
                                     "InstanceService/ExportCheckpoint",
                                     "InstanceService/ImportCheckpoint",
+                                    "InstanceService/PutScene",
+                                    "SessionService/StreamScene",
+                                    "AgentLinkService/StreamScene",
                                     "AgentLinkService/FetchState",
                                     "AgentLinkService/UploadCheckpoint"};
 
