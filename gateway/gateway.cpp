@@ -176,7 +176,7 @@ std::string Gateway::TakesNoTickets() const {
            "--behind-proxy where a proxy in front of it speaks HTTPS";
   }
   if (options_.players_door.empty() && !IsSocket(options_.control.address)) {
-    return "this gateway takes no tickets: it was not told where the players' door is (--players)";
+    return "this gateway takes no tickets: it was not told where the players' door is (--players-door)";
   }
   return "";
 }

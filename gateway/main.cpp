@@ -147,7 +147,7 @@ absl::Status Run(const GatewayFlags& flags) {
   }
   if (!options.players_door.empty()) {
     const auto door = trust::ParseControlAddresses(options.players_door, host::PortRule::kFrom1);
-    if (!door.ok()) return absl::InvalidArgumentError(absl::StrCat("--players ", door.status().message()));
+    if (!door.ok()) return absl::InvalidArgumentError(absl::StrCat("--players-door ", door.status().message()));
   }
   if (absl::Status key = PlaceKey(flags.key_file, *listen, options); !key.ok()) return key;
   const auto channel = DialControl(options.control);
@@ -222,11 +222,11 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");
-  app.add_option("--players", flags.options.players_door,
+  app.add_option("--players-door", flags.options.players_door,
                  "the players' door, HOST:PORT#FINGERPRINT (tessera-control --players-listen), where visitors play "
                  "as guests or by tickets; default --control, where they play by the gateway's token, and by tickets "
                  "if it is a socket")
-      ->envname("TESSERA_PLAYERS");
+      ->envname("TESSERA_PLAYERS_DOOR");
   app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
   app.add_option("--visuals", flags.visuals,
                  "folder of meshes that worlds are drawn with, <sha256>.glb, as `tessera scene import` writes them; "

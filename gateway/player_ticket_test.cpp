@@ -204,7 +204,7 @@ TEST_F(PlayerTicketTest, NoneIsTakenInTheClearOrWhereTheDoorIsNotKnown) {
   unknown.control = "127.0.0.1:1#" + std::string(64, 'a');
   unknown.control.credentials.bearer_token = "tsa_own";
   ASSERT_NO_FATAL_FAILURE(Open(unknown));
-  EXPECT_THAT(ProblemAfter({{"type", "join"}, {"ticket", "good"}}).value("text", ""), HasSubstr("--players"));
+  EXPECT_THAT(ProblemAfter({{"type", "join"}, {"ticket", "good"}}).value("text", ""), HasSubstr("--players-door"));
   EXPECT_TRUE(door_.asked().empty()) << "it has not left the gateway";
 }
 

@@ -330,8 +330,8 @@ TEST_F(TrustTest, AVisitorPlaysByATicketThroughAGatewayThatMayOnlyWatch) {
   const std::string ticket =
       FirstLine(Tessera({"ticket", "sign", "--key", key, "--player", "ada@example", "--name", "Ada"}));
   AddPerson("eve", "viewer");
-  FurtherGateway gateway(operators_ + "#" + fingerprint_,
-                         {"--token-file", folder_.path() + "/eve.token", "--players", players_ + "#" + fingerprint_});
+  FurtherGateway gateway(operators_ + "#" + fingerprint_, {"--token-file", folder_.path() + "/eve.token",
+                                                           "--players-door", players_ + "#" + fingerprint_});
   gateway::ViewerSocket viewer(gateway.address, "inst-1");
   const auto problem = [&] { return viewer.newest["problem"].value("text", ""); };
   ASSERT_TRUE(viewer.Until([&] { return viewer.decoder.bodies.size() >= 20; }, kPatience)) << problem();
