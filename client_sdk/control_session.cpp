@@ -66,14 +66,16 @@ grpc::Status GetSceneBytes(Stub& stub, const v1::GetSceneRequest& request, Deadl
     context.set_deadline(deadline);
     const auto stream = stub.StreamScene(&context, request);
     v1::GetSceneResponse piece;
-    while (stream->Read(&piece)) {
-      if (bytes.size() + piece.scene().size() > kMaxSceneBytes) {
-        context.TryCancel();
-        return {grpc::StatusCode::RESOURCE_EXHAUSTED, absl::StrCat("scene: has more than ", kMaxSceneBytes, " bytes")};
-      }
+    bool too_large = false;
+    while (!too_large && stream->Read(&piece)) {
       bytes += piece.scene();
+      too_large = bytes.size() > kMaxSceneBytes;
     }
+    if (too_large) context.TryCancel();
     grpc::Status status = stream->Finish();
+    if (too_large) {
+      return {grpc::StatusCode::RESOURCE_EXHAUSTED, absl::StrCat("scene: has more than ", kMaxSceneBytes, " bytes")};
+    }
     if (status.error_code() != grpc::StatusCode::UNIMPLEMENTED) return status;
   }
   grpc::ClientContext context;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
