@@ -13,10 +13,10 @@
 import { renameSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import type { AddressInfo } from 'node:net';
-import { launch, open } from './browser.ts';
+import { holds, launch, open } from './browser.ts';
 
 const SIZE = { width: 640, height: 360 }; // software GL pays for every pixel
-const PATIENCE = { timeout: 60000 };
+const PATIENCE_MS = 60000;
 
 // Runs in the page, after each of its pictures. Places are in the steps of the protocol.
 const WATCH = `(() => {
@@ -47,14 +47,14 @@ const WATCH = `(() => {
 const [address, ready] = process.argv.slice(2) as [string, string];
 const browser = await launch();
 const { page, complaints } = await open(browser, address, { size: SIZE });
-await page.waitForFunction('window.tessera && tessera.counts.drawn > 0', undefined, PATIENCE);
+await holds(page, 'tessera.counts.drawn > 0', PATIENCE_MS);
 await page.evaluate(WATCH);
 
 async function answer(path: URL): Promise<object> {
   if (path.pathname === '/begin') {
     const regions = (path.searchParams.get('regions') ?? '').split(',').map(Number);
     await page.evaluate(`(gap.regions = new Set(${JSON.stringify(regions)}), gap.watched.clear(), gap.from = gap.pictures)`);
-    await page.waitForFunction('gap.pictures > gap.from + 1', undefined, PATIENCE);
+    await holds(page, 'gap.pictures > gap.from + 1', PATIENCE_MS);
     return {};
   }
   const seen = (await page.evaluate('({ pictures: gap.pictures, watched: gap.watched.size, moved: Object.fromEntries([...gap.watched].filter(([, { moved }]) => moved > 0).map(([id, { moved }]) => [id, moved])) })')) as object;

@@ -14,11 +14,12 @@ import { build } from 'esbuild';
 import { createServer } from 'node:http';
 import type { AddressInfo } from 'node:net';
 import type { Page } from 'playwright-core';
-import { launch, open } from './browser.ts';
+import { holds, launch, open } from './browser.ts';
 import { FakeGateway } from './fake_gateway.ts';
 import { type FeedMessage, RecordedFeed, read, record, write } from './recorded_feed.ts';
 
 const BODIES = 5000;
+const PATIENCE_MS = 60000;
 const LOADING_S = 15; // of a feed, until the page has drawn all
 const text = (name: string) => {
   const at = process.argv.indexOf(name);
@@ -124,7 +125,7 @@ async function load(address: string): Promise<Record<string, Figure>> {
       begin = performance.now();
     },
   });
-  await page.waitForFunction('window.tessera && tessera.counts.drawn > 0', undefined, { timeout: 60000 });
+  await holds(page, 'tessera.counts.drawn > 0', PATIENCE_MS);
   const ready_ms = performance.now() - begin;
   await browser.close();
   return {
@@ -150,7 +151,7 @@ async function compare(feed: FeedMessage[]): Promise<Record<string, Figure>> {
   const plain = await open(browser, bare.address);
   gateway.play();
   const inspector = await open(browser, `${address}/#recorded`);
-  await inspector.page.waitForFunction(`window.tessera && tessera.counts.drawn >= ${BODIES}`, undefined, { timeout: 60000 });
+  await holds(inspector.page, `tessera.counts.drawn >= ${BODIES}`, PATIENCE_MS);
   await inspector.page.evaluate('document.body.classList.add("wide")');
   await inspector.page.evaluate('new Promise(requestAnimationFrame)');
   // Both pages alike uncapped.
