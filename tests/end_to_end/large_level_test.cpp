@@ -88,7 +88,7 @@ TEST_F(LargeLevelTest, OfTwoMillionTrianglesRunsAndComesToAClientByItsTiles) {
   ASSERT_GT(scene.ByteSizeLong(), std::size_t{16} << 20) << "too large for a request";
   ASSERT_TRUE(host::WriteFile(File("level.pb"), scene.SerializeAsString(), host::Durability::kSurvivesProcess).ok());
 
-  Start({.scene = support::ScenePath("course"), .regions = 1, .bodies = std::nullopt, .bots = 0, .capacity = 4});
+  Start({.scene = support::ScenePath("course"), .regions = 1, .bodies = std::nullopt, .bots = 0, .capacity = 8});
   const std::vector<std::string> create{"instance", "create",    "--scene", File("level.pb"), "--regions", "2",
                                         "--wait",   "--timeout", "120"};
   const auto created = Tessera(create);
@@ -141,7 +141,9 @@ TEST_F(LargeLevelTest, OfTwoMillionTrianglesRunsAndComesToAClientByItsTiles) {
     EXPECT_NEAR(at.y, GroundAt(at.x, at.z) + 0.5, 0.2) << "body " << id.value() << " lies on the ground";
   }
 
-  // Another world of it costs no further sending.
+  // Another world of it costs no further sending: it waits there still.
+  EXPECT_TRUE(onlooker.Leave().ok());
+  EXPECT_EQ(Tessera({"instance", "delete", "inst-2"}).exit_code, 0);
   const auto again = Tessera(create);
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(again.err.find("sent before the request"), std::string::npos) << again.err;
