@@ -248,6 +248,14 @@ TEST_F(AgentWorkersTest, SceneThatWasDamagedOrDeletedIsFetchedAnew) {
   EXPECT_EQ(control_.record().scene_fetches, 3);
 }
 
+TEST_F(AgentWorkersTest, AControlPlaneOfAnEarlierReleaseGivesASceneInOneMessage) {
+  control_.Change([](ControlRecord& record) { record.knows_no_streams = true; });
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  EXPECT_EQ(control_.record().scene_fetches, 1);
+}
+
 TEST_F(AgentWorkersTest, UnknownSceneIsReportedAndTheCacheServesAKnownOneTwice) {
   const auto agent = StartAdmitted({"--stop-workers"});
   v1::WorkerOrder unknown = Order(1);

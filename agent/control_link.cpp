@@ -39,22 +39,27 @@ bool Replaces(const v1::AgentMessage& newer, const v1::AgentMessage& older) {
   return newer.has_report() && older.has_report() && SameWorker(newer.report(), older.report());
 }
 
-// Ends itself.
-class StateFetch final : public grpc::ClientReadReactor<v1::FetchStateResponse> {
+// A file that comes in pieces. Ends itself.
+template <class Request, class Piece>
+class PieceFetch final : public grpc::ClientReadReactor<Piece> {
  public:
   using Done = std::function<void(absl::StatusOr<std::string>)>;
+  // The bytes of a piece.
+  using BytesOf = const std::string& (*)(const Piece& piece);
 
-  static void Begin(v1::AgentLinkService::Stub& stub, const v1::FetchStateRequest& request, Done done) {
-    auto* fetch = new StateFetch(request, std::move(done));
-    stub.async()->FetchState(&fetch->context_, &fetch->request_, fetch);
+  // `start(context, request, reactor)` begins the call. `most`: bytes of the whole.
+  template <class Start>
+  static void Begin(const Start& start, const Request& request, BytesOf bytes_of, std::size_t most, Done done) {
+    auto* fetch = new PieceFetch(request, bytes_of, most, std::move(done));
+    start(&fetch->context_, &fetch->request_, fetch);
     fetch->StartRead(&fetch->piece_);
     fetch->StartCall();
   }
   void OnReadDone(bool ok) override {
     if (!ok) return;
-    bytes_ += piece_.data();
-    if (bytes_.size() > kMaxStateBytes) return context_.TryCancel();
-    StartRead(&piece_);
+    bytes_ += bytes_of_(piece_);
+    if (bytes_.size() > most_) return context_.TryCancel();
+    this->StartRead(&piece_);
   }
   void OnDone(const grpc::Status& status) override {
     if (status.ok()) {
@@ -66,15 +71,53 @@ class StateFetch final : public grpc::ClientReadReactor<v1::FetchStateResponse> 
   }
 
  private:
-  StateFetch(const v1::FetchStateRequest& request, Done done) : request_(request), done_(std::move(done)) {
+  PieceFetch(const Request& request, BytesOf bytes_of, std::size_t most, Done done)
+      : request_(request), bytes_of_(bytes_of), most_(most), done_(std::move(done)) {
     context_.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
   }
   grpc::ClientContext context_;
-  const v1::FetchStateRequest request_;
-  v1::FetchStateResponse piece_;
+  const Request request_;
+  const BytesOf bytes_of_;
+  const std::size_t most_;
+  Piece piece_;
   std::string bytes_;
   Done done_;
 };
+
+using FetchDone = std::function<void(absl::StatusOr<std::string>)>;
+
+// A file that comes in one message.
+void FetchWhole(v1::AgentLinkService::Stub& stub, const v1::FetchSceneRequest& request, FetchDone done) {
+  struct Call {
+    grpc::ClientContext context;
+    v1::FetchSceneRequest request;
+    v1::FetchSceneResponse response;
+  };
+  const auto call = std::make_shared<Call>();
+  call->context.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
+  call->request = request;
+  stub.async()->FetchScene(&call->context, &call->request, &call->response,
+                           [call, done = std::move(done)](const grpc::Status& status) {
+                             if (!status.ok()) return done(FromGrpc(status));
+                             done(std::move(*call->response.mutable_scene()));
+                           });
+}
+
+void FetchWhole(v1::AgentLinkService::Stub& stub, const v1::FetchGameRequest& request, FetchDone done) {
+  struct Call {
+    grpc::ClientContext context;
+    v1::FetchGameRequest request;
+    v1::FetchGameResponse response;
+  };
+  const auto call = std::make_shared<Call>();
+  call->context.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
+  call->request = request;
+  stub.async()->FetchGame(&call->context, &call->request, &call->response,
+                          [call, done = std::move(done)](const grpc::Status& status) {
+                            if (!status.ok()) return done(FromGrpc(status));
+                            done(std::move(*call->response.mutable_game()));
+                          });
+}
 
 // Ends itself.
 class StateUpload final : public grpc::ClientWriteReactor<v1::UploadCheckpointRequest> {
@@ -167,7 +210,10 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
 
   void FetchState(const v1::FetchStateRequest& request,
                   std::function<void(absl::StatusOr<std::string>)> done) override {
-    StateFetch::Begin(*stub_, request, std::move(done));
+    PieceFetch<v1::FetchStateRequest, v1::FetchStateResponse>::Begin(
+        [this](auto* context, auto* asked, auto* reactor) { stub_->async()->FetchState(context, asked, reactor); },
+        request, [](const v1::FetchStateResponse& piece) -> const std::string& { return piece.data(); }, kMaxStateBytes,
+        std::move(done));
   }
   void UploadCheckpoint(const v1::UploadCheckpointRequest& request, std::string bytes,
                         std::function<void(absl::Status)> done) override {
@@ -176,32 +222,28 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
 
   void FetchContent(const Content& content, const HostIdentity& identity,
                     std::function<void(absl::StatusOr<std::string>)> done) override {
-    struct Call {
-      grpc::ClientContext context;
-      v1::FetchSceneRequest scene;
-      v1::FetchSceneResponse got_scene;
-      v1::FetchGameRequest game;
-      v1::FetchGameResponse got_game;
-    };
-    auto call = std::make_shared<Call>();
-    call->context.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
-    const auto answer = [call, kind = content.kind, done = std::move(done)](const grpc::Status& status) {
-      if (!status.ok()) return done(FromGrpc(status));
-      done(std::move(kind == ContentKind::kScene ? *call->got_scene.mutable_scene() : *call->got_game.mutable_game()));
-    };
     const auto sign = [&](auto& request) {
       request.set_host_id(identity.host_id());
       request.set_host_secret(identity.host_secret());
     };
-    if (content.kind == ContentKind::kScene) {
-      call->scene.set_scene_hash(content.hash);
-      sign(call->scene);
-      stub_->async()->FetchScene(&call->context, &call->scene, &call->got_scene, answer);
-    } else {
-      call->game.set_game_hash(content.hash);
-      sign(call->game);
-      stub_->async()->FetchGame(&call->context, &call->game, &call->got_game, answer);
+    if (content.kind == ContentKind::kGame) {
+      v1::FetchGameRequest game;
+      game.set_game_hash(content.hash);
+      sign(game);
+      return FetchWhole(*stub_, game, std::move(done));
     }
+    v1::FetchSceneRequest request;
+    request.set_scene_hash(content.hash);
+    sign(request);
+    PieceFetch<v1::FetchSceneRequest, v1::FetchSceneResponse>::Begin(
+        [this](auto* context, auto* asked, auto* reactor) { stub_->async()->StreamScene(context, asked, reactor); },
+        request, [](const v1::FetchSceneResponse& piece) -> const std::string& { return piece.scene(); },
+        std::size_t{kMaxMessageBytes},
+        [stub = stub_, request, done](absl::StatusOr<std::string> got) {
+          // A control plane of an earlier release gives it in one message.
+          if (absl::IsUnimplemented(got.status())) return FetchWhole(*stub, request, done);
+          done(std::move(got));
+        });
   }
 
   void OnReadDone(bool ok) override {
@@ -263,7 +305,7 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
     if (release) RemoveHold();
   }
 
-  std::unique_ptr<v1::AgentLinkService::Stub> stub_;
+  const std::shared_ptr<v1::AgentLinkService::Stub> stub_;  // outlives what is fetched
   Callbacks callbacks_;
   grpc::ClientContext context_;
   v1::ControlMessage incoming_;

@@ -1,43 +1,20 @@
 // The page in a headless Chromium with software GL, by web/testing/measure.ts: what it loads of a real gateway, and
-// then, with the cluster off, its frames and script against a bare page of as many bodies.
+// then, with the cluster off, its frames and script against a bare page of as many bodies, as a feed that was recorded
+// of a real gateway moves them.
 #include <fmt/format.h>
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "bench/people_node.h"
 #include "bench/people_scenes.h"
 #include "bench/people_stage.h"
-#include "host/files.h"
-#include "host/last_lines.h"
-#include "local_cluster/command_error.h"
+#include "host/temporary_folder.h"
 
 namespace tessera::bench {
 namespace {
 
-constexpr std::uint32_t kLoadedBodies = 200;
-constexpr std::chrono::minutes kBrowserPatience{10};
-constexpr std::size_t kMaxFigures_bytes = 1 << 20;
-// From the folder web, where its packages are.
-constexpr const char* kInWeb = "cd \"$0\" && exec node \"$@\"";
-constexpr const char* kBundles = "build/measure";
-
-// Runs node in the folder web; what it says on standard output.
-std::string RunNode(const std::vector<std::string>& arguments) {
-  const host::TemporaryFolder folder;
-  const std::string out = folder.path() + "/out", log = folder.path() + "/log";
-  std::vector<std::string> argv{"/bin/sh", "-c", kInWeb, TESSERA_SOURCE_DIR "/web"};
-  argv.insert(argv.end(), arguments.begin(), arguments.end());
-  host::ChildProcess node =
-      local::OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log, .output_path = out}));
-  const auto ended = node.Wait(kBrowserPatience);
-  if (!ended || !ended->Clean()) {
-    throw local::CommandError(absl::StrCat("node ", arguments.front(), " ",
-                                           ended ? ended->Describe() : "takes too long", host::LastLinesText(log, 8)));
-  }
-  return local::OrThrow(host::ReadFile(out, kMaxFigures_bytes));
-}
+constexpr std::uint32_t kLoadedBodies = 200, kDrawnBodies = 5000;
 
 // `{"metric": {"unit": "ms", "p50": 1, ...}}` by metric; what has no spread has a value alone.
 void AddFigures(const std::string& json, Report& report) {
@@ -53,21 +30,34 @@ void AddFigures(const std::string& json, Report& report) {
   }
 }
 
+std::string PageOf(const GatewayProcess& gateway, const local::WorldRun& run) {
+  return absl::StrCat("http://", gateway.address(), "/#", run.instance_id());
+}
+
 void AddLoad(Report& report) {
   local::WorldRun run(PlazaOptions(kLoadedBodies));
   const GatewayProcess gateway(run.cluster().control_address());
-  AddFigures(RunNode({absl::StrCat(kBundles, "/measure.mjs"), "--load",
-                      absl::StrCat("http://", gateway.address(), "/#", run.instance_id())}),
-             report);
+  AddFigures(RunNode({Bundled("measure.mjs"), "--load", PageOf(gateway, run)}), report);
+}
+
+// As long as the rounds take.
+void RecordFeed(const std::string& file, const std::string& rounds) {
+  local::WorldRun run(PlazaOptions(kDrawnBodies));
+  SettlePlaza(run);
+  const GatewayProcess gateway(run.cluster().control_address());
+  RunNode({Bundled("measure.mjs"), "--record", PageOf(gateway, run), "--feed", file, "--rounds", rounds});
+  RequireRunning(run);
 }
 
 }  // namespace
 
 absl::Status RunPage(const PeopleSize& size, Report& report) {
-  RunNode({"build.mjs", "--tests", kBundles});
+  BundlePrograms();
   AddLoad(report);
-  AddFigures(RunNode({absl::StrCat(kBundles, "/measure.mjs"), "--json", "--rounds", std::to_string(size.page_rounds)}),
-             report);
+  const host::TemporaryFolder folder;
+  const std::string feed = folder.path() + "/feed", rounds = std::to_string(size.page_rounds);
+  RecordFeed(feed, rounds);
+  AddFigures(RunNode({Bundled("measure.mjs"), "--json", "--feed", feed, "--rounds", rounds}), report);
   return absl::OkStatus();
 }
 

@@ -17,6 +17,7 @@
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
 #include "local_cluster/scene_file.h"
+#include "local_cluster/scene_upload.h"
 #include "local_cluster/visual_upload.h"
 
 namespace tessera::cli {
@@ -91,8 +92,9 @@ void Create(const Globals& globals, const InstanceOptions& options) {
     std::cerr << fmt::format("{}: {:.1f} MB {}\n", file, static_cast<double>(bytes) / 1e6,
                              options.dry_run ? "would be sent" : "sent");
   }
-  auto response =
-      connection.Call("instance create", connection.instances(), &v1::InstanceService::Stub::CreateInstance, request);
+  auto response = local::CreateInstance(connection, request, [&path](std::size_t bytes) {
+    std::cerr << fmt::format("{}: {:.1f} MB sent before the request\n", path, static_cast<double>(bytes) / 1e6);
+  });
   const std::string id = response.instance().id();
   if (options.wait && !options.dry_run) {
     *response.mutable_instance() = local::WaitUntilSettled(connection, id, Seconds(options.timeout_s));

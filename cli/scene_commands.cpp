@@ -60,6 +60,10 @@ struct ImportOptions {
 constexpr std::size_t kMaxLevelBytes = std::size_t{1} << 30;
 
 void WriteScene(const v1::Scene& scene, const std::string& file) {
+  if (file.ends_with(local::kSerialisedEnding)) {
+    local::OrThrow(host::WriteFile(file, scene.SerializeAsString(), host::Durability::kSurvivesProcess));
+    return;
+  }
   google::protobuf::util::JsonPrintOptions print;
   print.add_whitespace = true;
   print.preserve_proto_field_names = true;
@@ -163,13 +167,14 @@ void Upload(const Globals& globals, const ImportOptions& options) {
 void AddSceneCommands(CLI::App& app, Globals& globals) {
   auto files = std::make_shared<std::vector<std::string>>();
   CLI::App* scene = app.add_subcommand("scene", "Worlds to run")->require_subcommand(1);
-  CLI::App* validate = scene->add_subcommand("validate", "Check scene files (textproto or JSON)");
+  CLI::App* validate = scene->add_subcommand("validate", "Check scene files (textproto, JSON, or serialised in .pb)");
   validate->add_option("files", *files, "Scene files")->required();
   validate->callback([&globals, files] { Validate(globals, *files); });
   auto import = std::make_shared<ImportOptions>();
   CLI::App* level = scene->add_subcommand("import", "Make a scene of a glTF 2.0 level (.glb or .gltf)");
   level->add_option("file", import->file, "The level")->required();
-  level->add_option("out", import->out, "The scene that is to be written, as JSON")->required();
+  level->add_option("out", import->out, "The scene that is to be written: as JSON, or serialised where it ends in .pb")
+      ->required();
   level->add_option("--name", import->name, "Name of the scene (default: that of the level's file)");
   level->add_option("--visuals", import->visuals,
                     "Folder for the meshes that are drawn, each file under its SHA-256 (default: visuals, beside the "

@@ -59,24 +59,49 @@ absl::Status BadAnswer(const std::string& what) {
   return absl::InternalError(absl::StrCat("the control plane's answer: ", what));
 }
 
+// The serialised scene, in pieces; from a control plane of an earlier release in one message.
+grpc::Status GetSceneBytes(Stub& stub, const v1::GetSceneRequest& request, Deadline deadline, std::string& bytes) {
+  {
+    grpc::ClientContext context;
+    context.set_deadline(deadline);
+    const auto stream = stub.StreamScene(&context, request);
+    v1::GetSceneResponse piece;
+    bool too_large = false;
+    while (!too_large && stream->Read(&piece)) {
+      bytes += piece.scene();
+      too_large = bytes.size() > kMaxSceneBytes;
+    }
+    if (too_large) context.TryCancel();
+    grpc::Status status = stream->Finish();
+    if (too_large) {
+      return {grpc::StatusCode::RESOURCE_EXHAUSTED, absl::StrCat("scene: has more than ", kMaxSceneBytes, " bytes")};
+    }
+    if (status.error_code() != grpc::StatusCode::UNIMPLEMENTED) return status;
+  }
+  grpc::ClientContext context;
+  context.set_deadline(deadline);
+  v1::GetSceneResponse response;
+  grpc::Status status = stub.GetScene(&context, request, &response);
+  if (status.ok()) bytes = std::move(*response.mutable_scene());
+  return status;
+}
+
 absl::StatusOr<std::shared_ptr<const Scene>> FetchScene(Stub& stub, const std::string& hash, Deadline deadline,
                                                         const std::string& address, const std::string& instance_id) {
   {
     const std::lock_guard lock(Scenes().mutex);
     if (const auto found = Scenes().scenes.find(hash); found != Scenes().scenes.end()) return found->second;
   }
-  grpc::ClientContext context;
-  context.set_deadline(deadline);
   v1::GetSceneRequest request;
   request.set_scene_hash(hash);
-  v1::GetSceneResponse response;
-  if (const grpc::Status status = stub.GetScene(&context, request, &response); !status.ok()) {
+  std::string bytes;
+  if (const grpc::Status status = GetSceneBytes(stub, request, deadline, bytes); !status.ok()) {
     if (status.error_code() == grpc::StatusCode::NOT_FOUND)
       return BadAnswer(absl::StrCat("scene: none has hash ", hash));
     return ToStatus(status, address, instance_id);
   }
   absl::StatusOr<LoadedScene> loaded =
-      LoadScene(SceneForm::kSerialised, response.scene(), "scene", {.scatter_count = {}, .hash = hash});
+      LoadScene(SceneForm::kSerialised, bytes, "scene", {.scatter_count = {}, .hash = hash});
   if (!loaded.ok()) return BadAnswer(std::string(loaded.status().message()));
   const std::lock_guard lock(Scenes().mutex);
   Scenes().scenes.emplace(hash, loaded->scene);

@@ -39,6 +39,7 @@ constexpr std::array kMethods{
     Method{"/tessera.v1.AgentLinkService/FetchGame", Need::kHost},
     Method{"/tessera.v1.AgentLinkService/FetchScene", Need::kHost},
     Method{"/tessera.v1.AgentLinkService/FetchState", Need::kHost},
+    Method{"/tessera.v1.AgentLinkService/StreamScene", Need::kHost},
     Method{"/tessera.v1.AgentLinkService/UploadCheckpoint", Need::kHost},
     Method{"/tessera.v1.HostService/AddHost", Need::kAdministrator},
     Method{"/tessera.v1.HostService/DrainHost", Need::kAdministrator},
@@ -58,6 +59,7 @@ constexpr std::array kMethods{
     Method{"/tessera.v1.InstanceService/ListGameLines", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.InstanceService/ListInstances", Need::kViewer, For::kInstances, true},
     Method{"/tessera.v1.InstanceService/PauseInstance", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/PutScene", Need::kOperator},
     Method{"/tessera.v1.InstanceService/RestartWorkers", Need::kOperator, For::kInstances},
     Method{"/tessera.v1.InstanceService/RestoreInstance", Need::kOperator, For::kInstances},
     Method{"/tessera.v1.InstanceService/ResumeInstance", Need::kOperator, For::kInstances},
@@ -74,6 +76,7 @@ constexpr std::array kMethods{
     Method{"/tessera.v1.SessionService/JoinInstance", Need::kViewer, For::kInstances,
            true},  // a viewer's token joins as a viewer only
     Method{"/tessera.v1.SessionService/LeaveInstance", Need::kViewer, For::kInstances, true},
+    Method{"/tessera.v1.SessionService/StreamScene", Need::kViewer, For::kInstances, true},
     Method{"/tessera.v1.VisualService/FindMissingVisuals", Need::kOperator},
     Method{"/tessera.v1.VisualService/GetVisual", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.VisualService/PutVisual", Need::kOperator},

@@ -141,7 +141,7 @@ TEST(AccessTest, ATokenForSomeInstancesCallsWhatNamesOneAndSeesItsOwnInLists) {
         absl::StrContains(path, "InstanceService") || absl::StrContains(path, "SessionService");
     const bool names_one = about_instances && (request.FindFieldByName("id") != nullptr ||
                                                request.FindFieldByName("instance_id") != nullptr);
-    const bool filtered = HasAnyEnding(path, {"/ListInstances", "/GetScene", "/GetVisual"});
+    const bool filtered = HasAnyEnding(path, {"/ListInstances", "/GetScene", "/StreamScene", "/GetVisual"});
     const bool public_key = absl::EndsWith(path, "/GetAuthority");
     Caller caller = At(Door::kOperators, v1::ROLE_OPERATOR);
     caller.instances = "inst-7";

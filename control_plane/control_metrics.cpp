@@ -47,6 +47,9 @@ constexpr const char* kMethods[] = {"HostService/AddHost",
                                     "InstanceService/UpgradeInstance",
                                     "InstanceService/ExportCheckpoint",
                                     "InstanceService/ImportCheckpoint",
+                                    "InstanceService/PutScene",
+                                    "SessionService/StreamScene",
+                                    "AgentLinkService/StreamScene",
                                     "AgentLinkService/FetchState",
                                     "AgentLinkService/UploadCheckpoint"};
 

@@ -145,6 +145,7 @@ void ControlPlane::RunFiles() {
     PendingWork work = std::exchange(pending_, {});
     lock.unlock();
     DoPendingWork(std::move(work));
+    waiting_scenes_.Sweep(ReadClocks().steady);
     const absl::Status room = files_ ? files_->CheckRoom(0) : absl::OkStatus();
     lock.lock();
     cluster_->SetCheckpointTrouble(std::string(room.message()));
@@ -198,7 +199,8 @@ absl::StatusOr<v1::Instance> ControlPlane::CreateInstance(const v1::CreateInstan
     auto made = Call([&](Cluster& cluster, Now) { return GetByRequestId(cluster.state(), request.request_id()); });
     if (made.ok()) return made;
   }
-  const auto plan = PlanInstance(request, guests);
+  const auto plan =
+      request.spec().scene_file().empty() ? PlanInstance(request, guests) : PlanOfUploaded(request, guests);
   if (!plan.ok()) return plan.status();
   if (request.spec().has_game()) {
     if (absl::Status status = CheckNames(request.spec().game(), *plan->scene); !status.ok()) return status;

@@ -30,6 +30,7 @@
 #include "control_plane/draft_file.h"
 #include "control_plane/pending_leases.h"
 #include "control_plane/turn_lock.h"
+#include "control_plane/waiting_scenes.h"
 
 namespace tessera::control {
 
@@ -114,6 +115,12 @@ class ControlPlane {
   // The serialised scene, and a game's file. kNotFound unless a live instance uses it.
   absl::StatusOr<std::string> SceneBytes(const std::string& hash);
   absl::StatusOr<std::string> GameBytes(const std::string& hash);
+
+  // --- Large scenes: see waiting_scenes.h.
+  // Room for one that comes; ALREADY_EXISTS: a world can be made of it as it is.
+  absl::StatusOr<WaitingScenes::Place> BeginScene(const std::string& hash, std::uint64_t size);
+  // It has come, whole.
+  absl::Status KeepScene(const WaitingScenes::Place& place, DraftFile draft);
 
   // `shown_serial`: as Hosts::Admit takes it.
   absl::StatusOr<std::shared_ptr<AgentStream>> Attach(const v1::AgentHello& hello, std::function<void()> cancel,
@@ -229,6 +236,7 @@ class ControlPlane {
   void RemoveScenePieces(const std::vector<std::string>& keys);
   absl::Status KeepImported(const std::string& id, const BundleReader& bundle, Lock& lock);
   absl::StatusOr<std::string> ContentBytes(const std::string& key);
+  absl::StatusOr<InstancePlan> PlanOfUploaded(const v1::CreateInstanceRequest& request, bool guests);
   // The scene and game of a checkpoint.
   absl::StatusOr<Contents> KeptContents(const std::string& id, const records::Manifest& manifest) const;
   absl::Status CompleteCheckpoint(const std::string& id, records::Manifest manifest);
@@ -257,6 +265,7 @@ class ControlPlane {
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;
   PendingWork pending_;
+  WaitingScenes waiting_scenes_{kWaitingScenesBytes, kWaitingSceneGrace};
   std::mutex uploads_mutex_;         // held by the one who has an upload in memory
   std::mutex visual_mutex_;          // held by who writes or removes pieces of a file; before mutex_
   std::mutex scene_mutex_;           // held by who writes pieces of a scene; before mutex_

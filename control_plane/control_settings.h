@@ -230,6 +230,11 @@ inline constexpr std::chrono::milliseconds kVisualPause{2};
 // How often it is looked which files nothing needs.
 inline constexpr std::chrono::milliseconds kVisualSweepInterval{1000};
 
+// Large scenes that were uploaded wait on the disk for the requests that make worlds of them: so many bytes of all, and
+// so long. Less, and two who make worlds of different levels at once are in each other's way.
+inline constexpr std::uint64_t kWaitingScenesBytes = std::uint64_t{1} << 30;
+inline constexpr std::chrono::minutes kWaitingSceneGrace{15};
+
 inline constexpr std::uint32_t kMaxPort = 65535;
 
 }  // namespace tessera::control

@@ -16,7 +16,8 @@ int MillisecondsOf(Duration duration) {
 
 // Whether the method keeps what it is sent until it is whole.
 bool IsImport(std::string_view method) {
-  return method == "InstanceService/ImportCheckpoint" || method == "VisualService/PutVisual";
+  return method == "InstanceService/ImportCheckpoint" || method == "InstanceService/PutScene" ||
+         method == "VisualService/PutVisual";
 }
 
 }  // namespace

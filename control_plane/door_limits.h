@@ -41,8 +41,8 @@ inline constexpr std::size_t kPlayersMemoryBytes = std::size_t{16} << 20, kOpera
 inline constexpr int kPlayersThreads = 256;
 
 // Calls of one service under way at once: of a token or a host, of one address at the players' door. Dashboards and
-// gateways share a token. Imports keep up to 512 MB each on the disk, files of
-// meshes up to 64 MiB in memory.
+// gateways share a token. Imports keep up to 512 MB each on the disk, scenes up to 256 MiB, files of meshes up to 64
+// MiB in memory.
 inline constexpr int kCallsOfACaller = 256, kCallsOfAnAddress = 64, kImportsOfACaller = 2;
 
 // A request has at most so many bytes, measured before it is parsed (bounded_service.h): most bring names, ids,

@@ -291,6 +291,10 @@ TEST_F(DoorsTest, ATokenForOneInstanceReachesNoOther) {
   const grpc::Status none = v1::SessionService::NewStub(channel)->GetScene(&other, scene, &got);
   EXPECT_EQ(none.error_code(), StatusCode::NOT_FOUND);
   EXPECT_EQ(none.error_message(), "scene_hash: no instance that token eve is for uses it");
+  grpc::ClientContext streamed;
+  const auto stream = v1::SessionService::NewStub(channel)->StreamScene(&streamed, scene);
+  EXPECT_FALSE(stream->Read(&got));
+  EXPECT_EQ(stream->Finish().error_message(), none.error_message());
 }
 
 TEST_F(DoorsTest, TheFirstAdministratorIsMadeAtTheSocketAlone) {

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/message_cost.h"
 #include "core/game/game_file.h"
 #include "core/game/game_host.h"
 #include "core/game/native_name.h"
@@ -152,12 +153,23 @@ absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
         absl::StrCat("request_id: ", request.request_id().size(), " bytes are more than ", kMaxRequestIdBytes));
   }
   if (!request.has_spec()) return absl::InvalidArgumentError("spec: missing");
-  if (!spec.has_scene()) return absl::InvalidArgumentError("spec.scene: missing");
+  if (!spec.scene_file().empty() && spec.has_scene()) {
+    return absl::InvalidArgumentError("spec.scene_file: spec.scene is there too");
+  }
+  if (!spec.has_scene() && spec.scene_file().empty()) return absl::InvalidArgumentError("spec.scene: missing");
   if (absl::Status status = CheckRange("spec.regions", spec.regions(), 1, kMaxRegions); !status.ok()) return status;
   if (absl::Status status = CheckRange("spec.max_players", spec.max_players(), 0, kMaxPlayers); !status.ok()) {
     return status;
   }
   return CheckRange("spec.expected_players", spec.expected_players(), 0, MaxPlayersOf(spec));
+}
+
+// What is measured in a request before it is parsed is measured here.
+absl::StatusOr<LoadedScene> LoadUploaded(const v1::InstanceSpec& spec, const std::string& bytes) {
+  if (!TakesAtMost(bytes, *v1::Scene::descriptor(), kMaxParsedSceneBytes)) {
+    return absl::ResourceExhaustedError("spec.scene_file: the scene would take too much memory");
+  }
+  return LoadScene(SceneForm::kSerialised, bytes, "spec.scene_file", {.scatter_count = {}, .hash = spec.scene_file()});
 }
 
 }  // namespace
@@ -173,16 +185,19 @@ absl::StatusOr<std::string> CheckGame(const v1::GameSource& game, const char* fi
   return game::GameHash(file.bytes);
 }
 
-absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request, bool guests) {
+absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request, bool guests,
+                                          const std::string* uploaded) {
   if (absl::Status status = CheckNumbers(request); !status.ok()) return status;
   const v1::InstanceSpec& spec = request.spec();
   const auto deadline = StartDeadline(spec);
   if (!deadline.ok()) return deadline.status();
 
   // Agents and workers check the scene again: none of them believes what it is sent, see scene_load.h.
-  const absl::StatusOr<LoadedScene> loaded = LoadScene(spec.scene(), "spec.scene");
+  const absl::StatusOr<LoadedScene> loaded =
+      uploaded == nullptr ? LoadScene(spec.scene(), "spec.scene") : LoadUploaded(spec, *uploaded);
   if (!loaded.ok()) return loaded.status();
   const Scene& scene = *loaded->scene;
+  const v1::Scene& message = loaded->message;
   auto map = MakeGridMap(scene.ground(), spec.regions());
   if (!map.ok()) return map.status();
   if (absl::Status status = CheckRange("spec.snapshot_rate_hz", spec.snapshot_rate_hz(), 0, scene.tick_rate_hz);
@@ -202,7 +217,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.request_id = request.request_id();
   plan.scene_name = scene.name;
   plan.scene_hash = loaded->hash;
-  plan.contents.scene = spec.scene().SerializeAsString();
+  plan.contents.scene = uploaded == nullptr ? message.SerializeAsString() : *uploaded;
   plan.tick_rate_hz = scene.tick_rate_hz;
   plan.snapshot_rate_hz =
       spec.snapshot_rate_hz() > 0 ? spec.snapshot_rate_hz() : std::min(kDefaultSnapshotRateHz, plan.tick_rate_hz);
@@ -212,9 +227,9 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.lazy = spec.lazy();
   plan.guests = spec.has_guests() ? spec.guests() : guests;
   plan.map = *std::move(map);
-  plan.properties.assign(spec.scene().properties().begin(), spec.scene().properties().end());
-  plan.world_properties.assign(spec.scene().instance_properties().begin(), spec.scene().instance_properties().end());
-  plan.visuals = VisualFiles(spec.scene());
+  plan.properties.assign(message.properties().begin(), message.properties().end());
+  plan.world_properties.assign(message.instance_properties().begin(), message.instance_properties().end());
+  plan.visuals = VisualFiles(message);
   if (plan.visuals.size() > kMaxVisualFiles) {
     return absl::InvalidArgumentError(absl::StrCat("spec.scene: is drawn with ", plan.visuals.size(),
                                                    " files of meshes, which are more than ", kMaxVisualFiles));

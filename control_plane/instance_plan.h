@@ -53,8 +53,10 @@ struct InstancePlan {
 
 // kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000". A game is loaded
 // once, within the limits of the Lua host, and one that does not load is refused by file and line: "game.lua:12: ...".
-// `guests`: whether they may join where the request does not say so.
-absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request, bool guests = true);
+// `guests`: whether they may join where the request does not say so. `uploaded`: the scene that spec.scene_file names,
+// serialised; null where the request has its scene inside.
+absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request, bool guests = true,
+                                          const std::string* uploaded = nullptr);
 // The hash of a game that loads with this scene. Errors are as above, with `field` before those of the file itself.
 absl::StatusOr<std::string> CheckGame(const v1::GameSource& game, const char* field,
                                       const std::shared_ptr<const Scene>& scene);

@@ -21,6 +21,8 @@ namespace tessera::control {
 
 // Most that a request may take: a scene of two million triangles takes some 200 MB.
 inline constexpr std::size_t kMaxParsedBytes = std::size_t{256} << 20;
+// The same of a scene that was uploaded, one at a time.
+inline constexpr std::size_t kMaxParsedSceneBytes = std::size_t{1} << 30;
 
 // Whether a message of this type takes at most so many bytes. It stops counting there. Bytes that are no such message
 // are counted up to the fault, as they are parsed.

@@ -4,7 +4,9 @@
 #include <future>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "gateway/visitor_right.h"
 
 namespace tessera::gateway {
 namespace {
@@ -17,6 +19,11 @@ constexpr std::size_t kBackgroundThreads = 8;
 constexpr auto kKeepUnwatched = 5s;
 constexpr auto kPlayerJoinDeadline = 5s;
 constexpr auto kLeaveDeadline = 2s;
+
+// The control plane's word about a guest where none is taken begins so, after the instance's name.
+bool IsTicketNeeded(const absl::Status& status) {
+  return absl::IsUnauthenticated(status) && absl::StrContains(status.message(), "ticket: ");
+}
 
 }  // namespace
 
@@ -132,7 +139,7 @@ void Gateway::ReceiveBad(ViewerId id, const std::string& why, TimePoint now) {
 }
 
 void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message, TimePoint now) {
-  if (const auto* join = std::get_if<JoinWorld>(&message)) return Join(id, viewer, join->name);
+  if (const auto* join = std::get_if<JoinWorld>(&message)) return Join(id, viewer, *join, now);
   if (std::holds_alternative<LeaveWorld>(message)) return StopPlaying(viewer);
   if (const auto* order = std::get_if<Order>(&message)) return GiveOrder(id, viewer, *order);
   if (const auto* shown = std::get_if<Authorize>(&message)) return TakeRight(id, viewer, *shown, now);
@@ -144,21 +151,48 @@ void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message, T
   }
 }
 
-void Gateway::Join(ViewerId id, Viewer& viewer, const std::string& name) {
+// A viewer that has shown a right plays by that. Others come by the players' door, which takes tickets and guests of
+// anybody, and where the gateway knows of none by the gateway's own right.
+client::JoinOptions Gateway::JoinOptionsFor(const Viewer& viewer, const JoinWorld& join) const {
+  client::JoinOptions options{.control_address = options_.control.address,
+                              .instance_id = viewer.instance,
+                              .player_name = join.name,
+                              .deadline = kPlayerJoinDeadline,
+                              .predict = true,
+                              .credentials = options_.control.credentials,
+                              .ticket = join.ticket};
+  if (!options_.players_door.empty() && (!join.ticket.empty() || viewer.token.empty())) {
+    options.control_address = options_.players_door;
+    options.credentials = {};
+  } else if (!viewer.token.empty()) {
+    options.credentials.bearer_token = viewer.token;
+  }
+  return options;
+}
+
+std::string Gateway::TakesNoTickets() const {
+  if (!options_.takes_tokens) {
+    return "this gateway takes no tickets: they would come to it in the clear; it needs --certificate and --key, or "
+           "--behind-proxy where a proxy in front of it speaks HTTPS";
+  }
+  if (options_.players_door.empty() && !IsSocket(options_.control.address)) {
+    return "this gateway takes no tickets: it was not told where the players' door is (--players-door)";
+  }
+  return "";
+}
+
+void Gateway::Join(ViewerId id, Viewer& viewer, const JoinWorld& join, TimePoint now) {
   if (viewer.playing || viewer.world == nullptr) return;
+  if (const std::string why = join.ticket.empty() ? "" : TakesNoTickets(); !why.empty()) {
+    metrics_.tickets_refused.Increment();
+    return viewer.session.ReportTicket(why, true, now);
+  }
   if (players_ >= options_.max_players) {
     metrics_.refused_full.Increment();
     return viewer.session.Report(PlayersFull(), true);
   }
-  // A viewer that has shown a right plays by it; others by the gateway's.
-  trust::Credentials credentials = options_.control.credentials;
-  if (!viewer.token.empty()) credentials.bearer_token = viewer.token;
-  const client::JoinOptions options{.control_address = options_.control.address,
-                                    .instance_id = viewer.instance,
-                                    .player_name = name,
-                                    .deadline = kPlayerJoinDeadline,
-                                    .predict = true,
-                                    .credentials = std::move(credentials)};
+  const client::JoinOptions options = JoinOptionsFor(viewer, join);
+  viewer.by_ticket = !join.ticket.empty();
   const ViewSource* watched = viewer.world->source();
   const std::shared_ptr<const SceneBook> book = watched == nullptr ? nullptr : watched->book();
   const bool queued = background_.Run([this, id, options, book]() -> Background::Done {
@@ -185,12 +219,23 @@ void Gateway::Joined(ViewerId id, absl::StatusOr<std::unique_ptr<client::Client>
   Viewer& viewer = found->second;
   if (!joined.ok()) {
     StopPlaying(viewer);
-    return viewer.session.Report(ProblemOf(joined.status()), true);
+    return NotJoined(viewer, joined.status());
   }
   viewer.playing->source =
       std::make_unique<ViewSource>(*std::move(joined), std::move(book), viewer.instance, ++services_.last_generation);
   viewer.playing->source->SetHosts(viewer.world->Hosts());
   viewer.session.FollowBody(viewer.playing->source->client().own_body());
+}
+
+// Who lacks a ticket, or shows one that does not count, watches on and may show another.
+void Gateway::NotJoined(Viewer& viewer, const absl::Status& why) {
+  const bool refused = absl::IsUnauthenticated(why) || absl::IsPermissionDenied(why) ||
+                       (viewer.by_ticket && absl::IsInvalidArgument(why));
+  if (refused && (viewer.by_ticket || IsTicketNeeded(why))) {
+    metrics_.tickets_refused.Increment();
+    return viewer.session.ReportTicket(std::string(why.message()), viewer.by_ticket, std::chrono::steady_clock::now());
+  }
+  viewer.session.Report(ProblemOf(why), true);
 }
 
 void Gateway::StopPlaying(Viewer& viewer) {

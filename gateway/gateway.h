@@ -31,10 +31,13 @@ namespace tessera::gateway {
 
 struct GatewayOptions {
   trust::ControlPoint control;
+  // The players' door, HOST:PORT#FINGERPRINT, where viewers play as guests or by tickets; empty: at `control`, which
+  // takes no tickets unless it is a socket.
+  std::string players_door;
   // A viewer that shows it gives orders by the rights of the socket `control`; empty: nobody does. At another control
   // plane viewers show access tokens instead.
   std::string key;
-  bool takes_tokens = true;       // false: they would come in the clear over a network
+  bool takes_tokens = true;       // and tickets; false: they would come in the clear over a network
   bool workers_are_here = false;  // orders may end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;
   double max_viewer_bytes_per_s = 4e6;
@@ -94,6 +97,7 @@ class Gateway {
     std::shared_ptr<WatchedWorld> world{};  // null: it was one too many
     ViewerSession session{};
     std::optional<Playing> playing{};
+    bool by_ticket = false;                     // that it plays, or wanted to
     std::unique_ptr<PlayedRecording> played{};  // instead of a world
     // To the control plane by the right that this viewer has shown; null: none. `token`: that right, empty for the key.
     std::shared_ptr<grpc::Channel> right{};
@@ -111,7 +115,11 @@ class Gateway {
   Problem PlayersFull() const;
   World& WorldOf(const std::string& instance);
   void Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message, TimePoint now);
-  void Join(ViewerId id, Viewer& viewer, const std::string& name);
+  void Join(ViewerId id, Viewer& viewer, const JoinWorld& join, TimePoint now);
+  client::JoinOptions JoinOptionsFor(const Viewer& viewer, const JoinWorld& join) const;
+  void NotJoined(Viewer& viewer, const absl::Status& why);
+  // Why no ticket is taken here; empty: tickets are taken.
+  std::string TakesNoTickets() const;
   void Joined(ViewerId id, absl::StatusOr<std::unique_ptr<client::Client>> joined,
               std::shared_ptr<const SceneBook> book);
   void StopPlaying(Viewer& viewer);

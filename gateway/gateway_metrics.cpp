@@ -40,10 +40,13 @@ GatewayMetrics::GatewayMetrics()
       messages(Count(*registry, kMessagesName, kMessagesHelp, {{"result", "taken"}})),
       bad_messages(Count(*registry, kMessagesName, kMessagesHelp, {{"result", "bad"}})),
       refused_full(Count(*registry, kRefusedName, kRefusedHelp, {{"reason", "too_many"}})),
+      refused_address(Count(*registry, kRefusedName, kRefusedHelp, {{"reason", "too_many_of_address"}})),
       refused_origin(Count(*registry, kRefusedName, kRefusedHelp, {{"reason", "origin"}})),
       orders_done(Count(*registry, kOrdersName, kOrdersHelp, {{"result", "done"}})),
       orders_failed(Count(*registry, kOrdersName, kOrdersHelp, {{"result", "failed"}})),
       orders_refused(Count(*registry, kOrdersName, kOrdersHelp, {{"result", "refused"}})),
+      tickets_refused(Count(*registry, "tessera_gateway_tickets_refused_total",
+                            "Joins that were refused for want of a ticket, or for one that did not count.")),
       frame_seconds(prometheus::BuildHistogram()
                         .Name("tessera_gateway_frame_seconds")
                         .Help("Time to make a frame.")

@@ -17,8 +17,9 @@ struct GatewayMetrics {
   prometheus::Gauge &worlds, &viewers, &players, &connections, &recordings;
   prometheus::Counter &frames, &frame_bytes, &other_bytes, &late_frames, &limited_frames, &deferred_bodies;
   prometheus::Counter &messages, &bad_messages;
-  prometheus::Counter &refused_full, &refused_origin;
+  prometheus::Counter &refused_full, &refused_address, &refused_origin;
   prometheus::Counter &orders_done, &orders_failed, &orders_refused;
+  prometheus::Counter& tickets_refused;
   prometheus::Histogram& frame_seconds;
 };
 

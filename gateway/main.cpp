@@ -46,6 +46,7 @@ struct GatewayFlags {
   std::vector<std::string> allow_origins;
   bool behind_proxy = false;
   GatewayOptions options;
+  std::size_t max_connections = 512, max_address_connections = 0;
   std::uint64_t max_viewer_kbytes = 4000, recording_mb = 1000, recordings_mb = 10'000, visual_cache_mb = 2000;
 };
 
@@ -125,6 +126,10 @@ absl::Status Run(const GatewayFlags& flags) {
   if (!metrics_tls.ok()) return metrics_tls.status();
   const auto certificate = ReadCertificate(flags);
   if (!certificate.ok()) return certificate.status();
+  if (flags.behind_proxy && flags.max_address_connections > 0) {
+    return absl::InvalidArgumentError(
+        "--max-connections-per-address: not with --behind-proxy, for all come from the proxy's address");
+  }
   const std::string page = flags.page.empty() ? FindPage() : flags.page;
   if (page.empty()) spdlog::warn("page not found; only the API is served");
   GatewayOptions options = flags.options;
@@ -144,6 +149,10 @@ absl::Status Run(const GatewayFlags& flags) {
     spdlog::warn("listen={} speaks plain HTTP over a network: no access token is taken there; see --certificate",
                  host::ToString(*listen));
   }
+  if (!options.players_door.empty()) {
+    const auto door = trust::ParseControlAddresses(options.players_door, host::PortRule::kFrom1);
+    if (!door.ok()) return absl::InvalidArgumentError(absl::StrCat("--players-door ", door.status().message()));
+  }
   if (absl::Status key = PlaceKey(flags.key_file, *listen, options); !key.ok()) return key;
   const auto channel = DialControl(options.control);
   if (!channel.ok())
@@ -162,7 +171,9 @@ absl::Status Run(const GatewayFlags& flags) {
                         .visuals = flags.visuals,
                         .fetch_visual = [&visuals](const std::string& sha256) { return visuals.Get(sha256); },
                         .allow_origins = flags.allow_origins,
-                        .certificate = *certificate},
+                        .certificate = *certificate,
+                        .max_connections = flags.max_connections,
+                        .max_address_connections = flags.max_address_connections},
                        metrics);
   if (!server.ok()) return server.status();
   {
@@ -216,6 +227,11 @@ int main(int argc, char** argv) {
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");
   telemetry::AddMetricsTlsOptions(app, flags.metrics_tls);
+  app.add_option("--players-door", flags.options.players_door,
+                 "the players' door, HOST:PORT#FINGERPRINT (tessera-control --players-listen), where visitors play "
+                 "as guests or by tickets; default --control, where they play by the gateway's token, and by tickets "
+                 "if it is a socket")
+      ->envname("TESSERA_PLAYERS_DOOR");
   app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
   app.add_option("--visuals", flags.visuals,
                  "folder of meshes that worlds are drawn with, <sha256>.glb, as `tessera scene import` writes them; "
@@ -240,6 +256,15 @@ int main(int argc, char** argv) {
                  "a further origin whose pages may connect, e.g. https://play.example; may be repeated");
   app.add_flag("--local", flags.options.workers_are_here,
                "the whole cluster runs on this machine, so an order to end a worker kills its process");
+  app.add_option("--max-connections", flags.max_connections,
+                 "connections at once, of pages and viewers; who comes beyond is answered by 503")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  app.add_option("--max-connections-per-address", flags.max_address_connections,
+                 "connections at once of one IP address, beyond which it is answered by 429; 0: as many as all. Not "
+                 "behind a proxy, whose address is that of everybody")
+      ->check(CLI::Range(0, 100'000))
+      ->capture_default_str();
   app.add_option("--max-viewers", flags.options.max_viewers, "viewers at once")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();

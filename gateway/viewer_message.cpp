@@ -9,6 +9,7 @@
 #include "core/world/limits.h"
 #include "core/world/player_name.h"
 #include "gateway/viewer_format.h"
+#include "trust/ticket.h"
 
 namespace tessera::gateway {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxNameBytes = 64;  // for hosts and properties
-constexpr std::size_t kMaxTokenBytes = 256, kMaxKeyBytes = 64;
+constexpr std::size_t kMaxTokenBytes = 256, kMaxKeyBytes = 64, kMaxTicketBytes = trust::kMaxTicketText;
 constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 53;  // for an order, and for a tick: where JavaScript's end
 
 // Reads fields of one object; after the first that is wrong all others are passed over.
@@ -117,7 +118,8 @@ ViewerMessage ReadView(Fields& in) {
 }
 
 ViewerMessage ReadJoin(Fields& in) {
-  JoinWorld join{in.String("name", kMaxPlayerNameBytes)};
+  JoinWorld join{in.String("name", kMaxPlayerNameBytes), in.String("ticket", kMaxTicketBytes)};
+  if (!join.name.empty() && !join.ticket.empty()) in.Refuse("name", "the ticket says the name; leave it empty");
   if (const absl::Status status = CheckPlayerName(join.name); !status.ok()) {
     in.Refuse("name", std::string(status.message()));
   }

@@ -38,6 +38,8 @@ TEST(ViewerMessageTest, ReadsWhatAPlayerAndAnOperatorSend) {
   EXPECT_EQ(Read<Select>(R"({"type":"select","body":"18446744073709551615"})").body, BodyId(~std::uint64_t{0}));
   EXPECT_EQ(Read<Select>(R"({"type":"select"})").body, BodyId());
   EXPECT_EQ(Read<JoinWorld>(R"({"type":"join","name":"ада"})").name, "ада");
+  EXPECT_EQ(Read<JoinWorld>(R"({"type":"join","name":"ада"})").ticket, "");
+  EXPECT_EQ(Read<JoinWorld>(R"({"type":"join","ticket":"AVZH"})").ticket, "AVZH");
   Read<LeaveWorld>(R"({"type":"leave"})");
   const auto steer = Read<Steer>(
       R"({"type":"steer","force":[1,2,3],"torque":[0,0,1],"move":[0,1],"yaw":1.5,"pitch":-0.5,"buttons":5})");
@@ -104,6 +106,10 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot(R"({"type":"play","at_s":-1})"), "at_s: must be a number from 0 to 1e+09");
   EXPECT_EQ(WhyNot(R"({"type":"play","step":1.5})"), "step: must be a whole number");
   EXPECT_EQ(WhyNot(R"({"type":"play","paused":1})"), "paused: must be true or false");
+  EXPECT_EQ(WhyNot(R"({"type":"join","name":"ada","ticket":"AVZH"})"),
+            "name: the ticket says the name; leave it empty");
+  EXPECT_EQ(WhyNot(R"({"type":"join","ticket":")" + std::string(1737, 'x') + "\"}"),
+            "ticket: must be a text of at most 1736 bytes");
   EXPECT_THAT(WhyNot(R"({"type":"join","name":"a\nb"})"), testing::HasSubstr("control character"));
 }
 

@@ -89,6 +89,15 @@ void ViewerSession::AnswerWrongRight(std::uint64_t number, const absl::Status& s
   }
 }
 
+void ViewerSession::ReportTicket(const std::string& text, bool shown, TimePoint now) {
+  if (final_) return;
+  if (shown) ++bad_messages_;
+  if (shown && budget_.Strike(now)) {
+    return Report({.code = "bad_message", .text = text + "; it was the tenth in a minute"}, true);
+  }
+  Report({.code = "ticket", .text = text}, false);
+}
+
 void ViewerSession::Answer(std::uint64_t number, const absl::Status& status, const std::string& text,
                            const std::string& needs) {
   if (answers_.size() >= kMaxAnswers) {

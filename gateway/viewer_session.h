@@ -105,6 +105,9 @@ class ViewerSession {
   void Answer(std::uint64_t number, const absl::Status& status, const std::string& text, const std::string& needs = "");
   // A right that was shown is worth nothing: as bad as a bad message, so that nobody guesses on and on.
   void AnswerWrongRight(std::uint64_t number, const absl::Status& status, const std::string& needs, TimePoint now);
+  // A ticket is needed, or the one that was shown counts for nothing, which is as bad as a bad message. The viewer
+  // watches on.
+  void ReportTicket(const std::string& text, bool shown, TimePoint now);
   // Sends the problem; one that is final closes the viewer once it is sent.
   void Report(Problem problem, bool final);
   // Nothing more is to be sent: close with the code.

@@ -8,6 +8,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "gateway/connection_room.h"
 #include "gateway/http_connections.h"
 #include "gateway/http_site.h"
 #include "gateway/page_files.h"
@@ -26,6 +27,7 @@ constexpr std::size_t kWrite_bytes = 256 * 1024;
 // A connection that has been silent for so long is asked whether it is there, and ended when it does not answer.
 constexpr std::uint16_t kPingAfter_s = 20, kHangUpAfter_s = 40;
 constexpr int kRequestTimeout_s = 10;
+constexpr unsigned kTooManyRequests = 429;
 constexpr char kCertificateName[] = "--certificate";
 
 void LogLine(int level, const char* line) {
@@ -54,8 +56,10 @@ struct WebServer::Impl {
   static Impl& Of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
 
   bool HasRoom();
-  void Count(bool one_more);
+  void Opened(lws* wsi);
+  void Closed(lws* wsi);
   bool MayConnect(lws* wsi, const char* refusal);
+  bool Refuse(lws* wsi, unsigned status, const char* refusal, prometheus::Counter& counter);
   bool Listen();
   void Tick() {
     site.Finish();
@@ -78,7 +82,7 @@ struct WebServer::Impl {
     lws_sorted_usec_list_t list{};
     Impl* owner = nullptr;
   } timer;
-  std::size_t connections = 0;
+  ConnectionRoom room{options.max_connections, options.max_address_connections};
   std::mutex waking;
   bool stopped = false;  // under `waking`
   ViewerSockets viewers;
@@ -89,22 +93,48 @@ struct WebServer::Impl {
 // --- Who may connect -------------------------------------------------------------------------------------------------
 
 bool WebServer::Impl::HasRoom() {
-  if (connections < options.max_connections) return true;
+  if (room.MayOpen()) return true;
   metrics.refused_full.Increment();
   return false;
 }
 
-void WebServer::Impl::Count(bool one_more) {
-  connections += one_more ? 1 : static_cast<std::size_t>(-1);
-  metrics.connections.Set(static_cast<double>(connections));
+// A connection of HTTP/2 has several streams, which libwebsockets reports as connections of their own.
+void WebServer::Impl::Opened(lws* wsi) {
+  lws* const connection = lws_get_network_wsi(wsi);
+  std::array<char, 64> address{};
+  lws_get_peer_simple(connection, address.data(), address.size());
+  room.Opened(connection, address.data());
+  metrics.connections.Set(static_cast<double>(room.size()));
+}
+
+void WebServer::Impl::Closed(lws* wsi) {
+  room.Closed(wsi);
+  metrics.connections.Set(static_cast<double>(room.size()));
+}
+
+bool WebServer::Impl::Refuse(lws* wsi, unsigned status, const char* refusal, prometheus::Counter& counter) {
+  counter.Increment();
+  lws_return_http_status(wsi, status, refusal);
+  return false;
 }
 
 bool WebServer::Impl::MayConnect(lws* wsi, const char* refusal) {
+  Opened(wsi);
+  switch (room.Of(lws_get_network_wsi(wsi))) {
+    case ConnectionRoom::Verdict::kServed:
+      break;
+    case ConnectionRoom::Verdict::kFull:
+      return Refuse(wsi, HTTP_STATUS_SERVICE_UNAVAILABLE,
+                    "This gateway has as many connections as --max-connections allows: come again later.",
+                    metrics.refused_full);
+    case ConnectionRoom::Verdict::kAddressFull:
+      return Refuse(wsi, kTooManyRequests,
+                    "Your address has as many connections here as --max-connections-per-address allows: close some.",
+                    metrics.refused_address);
+  }
   const std::string host = HeaderOf(wsi, WSI_TOKEN_HOST), origin = HeaderOf(wsi, WSI_TOKEN_ORIGIN);
   if (gateway::MayConnect(host, origin, options.allow_origins)) return true;
-  metrics.refused_origin.Increment();
-  lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, refusal);
-  return false;
+  return Refuse(wsi, HTTP_STATUS_FORBIDDEN, refusal, metrics.refused_origin);
 }
 
 // --- What libwebsockets reports --------------------------------------------------------------------------------------
@@ -118,12 +148,12 @@ int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, v
                  : 1;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
       return Of(wsi).HasRoom() ? 0 : 1;
-    case LWS_CALLBACK_WSI_CREATE:
-      Of(wsi).Count(true);
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+      Of(wsi).Opened(wsi);
       return 0;
     case LWS_CALLBACK_WSI_DESTROY:
       Of(wsi).http.Forget(wsi);
-      Of(wsi).Count(false);
+      Of(wsi).Closed(wsi);
       return 0;
     case LWS_CALLBACK_FILTER_HTTP_CONNECTION:
       return Of(wsi).MayConnect(wsi, "This gateway is not known by that name; see --allow-origin.") ? 0 : -1;

@@ -34,7 +34,8 @@ struct WebOptions {
   std::vector<std::string> allow_origins;  // "https://play.example"
   // It speaks TLS by it; null: plain HTTP.
   std::optional<trust::ServerCertificate> certificate = std::nullopt;
-  std::size_t max_connections = 512;
+  std::size_t max_connections = 512;        // that are served at once
+  std::size_t max_address_connections = 0;  // of one IP address; 0: as many as all
 };
 
 class WebServer {

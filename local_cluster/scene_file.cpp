@@ -13,7 +13,8 @@ namespace tessera::local {
 LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodies) {
   const auto text = host::ReadFile(path, kMaxSceneBytes);
   if (!text.ok()) throw CommandError(fmt::format("scene {}", std::string(text.status().message())));
-  return OrThrow(tessera::LoadScene(SceneForm::kText, *text, path, {.scatter_count = bodies, .hash = {}}));
+  const SceneForm form = path.ends_with(kSerialisedEnding) ? SceneForm::kSerialised : SceneForm::kText;
+  return OrThrow(tessera::LoadScene(form, *text, path, {.scatter_count = bodies, .hash = {}}));
 }
 
 std::string FindScene(const std::string& name) {

@@ -9,6 +9,10 @@
 
 namespace tessera::local {
 
+// A file of this ending holds a serialised tessera.v1.Scene, for levels of millions of triangles; others hold JSON or
+// textproto.
+inline constexpr char kSerialisedEnding[] = ".pb";
+
 // Reads, parses and checks. CommandError names file, place and field. `bodies` replaces the number of scattered bodies.
 LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodies = {});
 

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
 #include "local_cluster/instance_state.h"
+#include "local_cluster/scene_upload.h"
 #include "local_cluster/visual_upload.h"
 
 namespace tessera::local {
@@ -71,11 +73,7 @@ void WorldRun::CreateInstance(const RunOptions& options) {
   if (options.adjust) options.adjust(*request.mutable_spec());
   SendVisuals(*connection_, scene_.message, VisualsBeside(options.scene));
   const auto begin = Clock::now();
-  instance_id_ =
-      connection_
-          ->Call("instance create", connection_->instances(), &v1::InstanceService::Stub::CreateInstance, request)
-          .instance()
-          .id();
+  instance_id_ = local::CreateInstance(*connection_, std::move(request)).instance().id();
   watch_ = std::make_unique<InstanceWatch>(*connection_, instance_id_, [this](const v1::Instance& i) { Observe(i); });
   const bool ready = watch_->WaitUntil(
       [](const v1::Instance& i) {

@@ -42,7 +42,7 @@ async function buildTests(folder) {
     logLevel: 'warning',
   };
   await build({ ...common, entryPoints: sources('tests'), outdir: join(folder, 'tests') });
-  await build({ ...common, entryPoints: ['testing/fake_gateway.ts', 'testing/measure.ts', 'testing/shots.ts'], outdir: folder });
+  await build({ ...common, entryPoints: ['testing/fake_gateway.ts', 'testing/gap_page.ts', 'testing/measure.ts', 'testing/shots.ts'], outdir: folder });
 }
 
 const tests = option('--tests');

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::chrono::seconds kPatience{30};  // a loaded machine is slow; a test that passes never waits this long
 constexpr std::uint32_t kHeartbeat_ms = 50;
+constexpr std::size_t kScenePieceBytes = 100;
 
 using Stream = grpc::ServerReaderWriter<v1::ControlMessage, v1::AgentMessage>;
 
@@ -53,6 +54,22 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
     const auto scene = record.scenes.find(request->scene_hash());
     if (scene == record.scenes.end()) return {grpc::StatusCode::NOT_FOUND, "no instance uses it"};
     response->set_scene(scene->second);
+    return grpc::Status::OK;
+  }
+
+  grpc::Status StreamScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
+                           grpc::ServerWriter<v1::FetchSceneResponse>* writer) override {
+    {
+      const std::lock_guard lock(mutex);
+      if (record.knows_no_streams) return {grpc::StatusCode::UNIMPLEMENTED, ""};
+    }
+    v1::FetchSceneResponse whole;
+    if (grpc::Status status = FetchScene(context, request, &whole); !status.ok()) return status;
+    v1::FetchSceneResponse piece;
+    for (std::size_t at = 0; at < whole.scene().size(); at += kScenePieceBytes) {
+      piece.set_scene(whole.scene().substr(at, kScenePieceBytes));
+      writer->Write(piece);
+    }
     return grpc::Status::OK;
   }
 

@@ -264,6 +264,33 @@ TEST(GltfImportTest, ValuesOfAnotherKindAreAsIfTheyWereNotThere) {
   }
 }
 
+TEST(GltfImportTest, BuffersThatAreMissingAreRefused) {
+  Level level;
+  level.Node({{"mesh", level.Square()}});
+  json beside = level.document;
+  beside["buffers"] = json::array({{{"uri", "nowhere.bin"}, {"byteLength", 60}}});
+  const std::string text = beside.dump();
+  const absl::Status status =
+      ImportGltf({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, ".", "level").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("nowhere.bin"));
+  EXPECT_EQ(status.message().find('\n'), std::string::npos);
+  Level hollow;  // says that it has a buffer, and has none
+  hollow.document = level.document;
+  hollow.document["buffers"] = json::array({{{"byteLength", 60}}});
+  EXPECT_NE(FaultOf(hollow), "");
+}
+
+TEST(GltfImportTest, AMillionNodesAreRefused) {
+  std::string nodes = "{}";
+  for (int i = 1; i < 1'000'000; ++i) nodes += ",{}";
+  const std::string text = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)" + nodes + "]}";
+  const absl::Status status =
+      ImportGltf({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, ".", "level").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("has 1000000 nodes; at most 500000 are taken"));
+}
+
 TEST(GltfImportTest, RubbishIsRefusedInALine) {
   for (const std::string rubbish : {"", "glTF", "{}", "hello", "glTF\x02\0\0\0\xff\xff\xff\xff"}) {
     const std::vector<std::uint8_t> bytes(rubbish.begin(), rubbish.end());

@@ -460,6 +460,18 @@ class FakeInstance : public v1::SessionService::Service {
     response->set_scene(scene_bytes_);
     return grpc::Status::OK;
   }
+  grpc::Status StreamScene(grpc::ServerContext*, const v1::GetSceneRequest*,
+                           grpc::ServerWriter<v1::GetSceneResponse>* writer) override {
+    if (knows_no_streams) return {grpc::StatusCode::UNIMPLEMENTED, ""};
+    ++scenes_fetched;
+    constexpr std::size_t kPiece = 100;
+    v1::GetSceneResponse piece;
+    for (std::size_t at = 0; at < scene_bytes_.size(); at += kPiece) {
+      piece.set_scene(scene_bytes_.substr(at, kPiece));
+      writer->Write(piece);
+    }
+    return grpc::Status::OK;
+  }
   grpc::Status LeaveInstance(grpc::ServerContext*, const v1::LeaveInstanceRequest* request,
                              v1::LeaveInstanceResponse*) override {
     if (!Proves(*request)) return {grpc::StatusCode::UNAUTHENTICATED, "credential"};
@@ -476,6 +488,7 @@ class FakeInstance : public v1::SessionService::Service {
   std::atomic<bool> full = false, wrong_key = false, short_instance_key = false, wrong_hash = false,
                     forget_a_region = false;
   std::atomic<int> scenes_fetched = 0, left = 0;
+  std::atomic<bool> knows_no_streams = false;  // as a control plane of an earlier release
 
  private:
   // The player whose credential and key a request shows.

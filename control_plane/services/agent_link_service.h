@@ -59,6 +59,16 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
           return may.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : may;
         });
   }
+  grpc::Status StreamScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
+                           grpc::ServerWriter<v1::FetchSceneResponse>* writer) override {
+    return Answer(
+        context, "AgentLinkService/StreamScene", CallKind::kRead, request->scene_hash(), [&]() -> absl::Status {
+          const absl::Status may = CheckMayFetch(*context, *request, SceneKey(request->scene_hash()), "scene_hash");
+          if (!may.ok()) return may;
+          const auto bytes = plane_.SceneBytes(request->scene_hash());
+          return bytes.ok() ? SendScene(*bytes, *writer) : bytes.status();
+        });
+  }
   grpc::Status FetchGame(grpc::ServerContext* context, const v1::FetchGameRequest* request,
                          v1::FetchGameResponse* response) override {
     return Answer(context, "AgentLinkService/FetchGame", CallKind::kRead, request->game_hash(), [&]() -> absl::Status {

@@ -143,6 +143,17 @@ absl::Status SendPieces(const std::string& bytes, grpc::ServerWriter<Response>& 
   return absl::OkStatus();
 }
 
+// The same of a scene.
+template <class Response>
+absl::Status SendScene(const std::string& bytes, grpc::ServerWriter<Response>& writer) {
+  for (std::size_t at = 0; at < bytes.size(); at += kPieceBytes) {
+    Response piece;
+    piece.set_scene(bytes.substr(at, kPieceBytes));
+    if (!writer.Write(piece)) return absl::CancelledError("the caller has gone");
+  }
+  return absl::OkStatus();
+}
+
 // Reads `first`, without its piece, and all pieces into a draft. `check(first)` gives the most bytes that they may
 // have, or why nothing more is read.
 template <class Request, class Check>

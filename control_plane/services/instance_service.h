@@ -2,6 +2,7 @@
 // class. Thread rule: as Answerer.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -232,9 +233,30 @@ class InstanceFilesImpl : public InstanceServiceImpl {
       return Take(plane_.ImportCheckpoint(first, *draft, GuestsByDefault()), response->mutable_instance());
     });
   }
+  // For PutScene.
+  grpc::Status ReceiveScene(grpc::ServerContext* context, grpc::ServerReader<grpc::ByteBuffer>* stream,
+                            v1::PutSceneResponse*) {
+    static constexpr char kMethod[] = "InstanceService/PutScene";
+    return Answer(context, kMethod, CallKind::kCommand, "", [&]() -> absl::Status {
+      auto reader = PiecesOf<v1::PutSceneRequest>(*context, *stream, kMethod);
+      v1::PutSceneRequest first;
+      std::optional<WaitingScenes::Place> place;
+      const auto wanted = [&](const v1::PutSceneRequest& request) -> absl::StatusOr<std::uint64_t> {
+        auto begun = plane_.BeginScene(request.scene_hash(), request.size());
+        if (!begun.ok()) return begun.status();
+        place.emplace(*std::move(begun));
+        return request.size();
+      };
+      auto draft = ReadPieces(reader, plane_, first, wanted);
+      if (absl::IsAlreadyExists(draft.status())) return absl::OkStatus();
+      if (!draft.ok()) return draft.status();
+      return plane_.KeepScene(*place, *std::move(draft));
+    });
+  }
   StreamHandlers Streams() {
     StreamHandlers streams;
     streams["ImportCheckpoint"] = ClientStream(this, &InstanceFilesImpl::ReceiveImport);
+    streams["PutScene"] = ClientStream(this, &InstanceFilesImpl::ReceiveScene);
     return streams;
   }
 };

@@ -40,22 +40,31 @@ class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
   grpc::Status GetScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
                         v1::GetSceneResponse* response) override {
     return Answer(context, "SessionService/GetScene", CallKind::kRead, request->scene_hash(), [&]() -> absl::Status {
-      const Caller caller = CallerOf(*context);
-      const auto shown = [&](const std::string& id) { return CheckInstance(caller, id).ok(); };
-      const std::string& hash = request->scene_hash();
-      const bool may = HasAllInstances(caller) ||
-                       plane_.Call([&](Cluster& cluster, Now) { return ShowsScene(cluster.state(), hash, shown); });
-      if (!may) {
-        return absl::NotFoundError(
-            absl::StrCat("scene_hash: no instance that token ", caller.token, " is for uses it"));
-      }
-      return Take(plane_.SceneBytes(hash), response->mutable_scene());
+      const absl::Status may = CheckMayGet(CallerOf(*context), request->scene_hash());
+      return may.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : may;
+    });
+  }
+  grpc::Status StreamScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
+                           grpc::ServerWriter<v1::GetSceneResponse>* writer) override {
+    return Answer(context, "SessionService/StreamScene", CallKind::kRead, request->scene_hash(), [&]() -> absl::Status {
+      if (absl::Status may = CheckMayGet(CallerOf(*context), request->scene_hash()); !may.ok()) return may;
+      const auto bytes = plane_.SceneBytes(request->scene_hash());
+      return bytes.ok() ? SendScene(*bytes, *writer) : bytes.status();
     });
   }
   grpc::Status LeaveInstance(grpc::ServerContext* context, const v1::LeaveInstanceRequest* request,
                              v1::LeaveInstanceResponse*) override {
     return Answer(context, "SessionService/LeaveInstance", CallKind::kCommand, Instance(request->instance_id()),
                   [&] { return plane_.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); }); });
+  }
+
+ private:
+  absl::Status CheckMayGet(const Caller& caller, const std::string& hash) {
+    const auto shown = [&](const std::string& id) { return CheckInstance(caller, id).ok(); };
+    const bool may = HasAllInstances(caller) ||
+                     plane_.Call([&](Cluster& cluster, Now) { return ShowsScene(cluster.state(), hash, shown); });
+    if (may) return absl::OkStatus();
+    return absl::NotFoundError(absl::StrCat("scene_hash: no instance that token ", caller.token, " is for uses it"));
   }
 };
 

@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cstdio>
 #include <limits>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace desktop {
@@ -32,6 +34,7 @@ const char* NameOf(Screen screen) {
 App::App(const Options& options, Renderer& renderer) : renderer_(renderer), visuals_(options.visuals, options.page) {
   menu_.address = options.control;
   menu_.player_name = options.name;
+  menu_.ticket = options.ticket;
   if (!options.instance.empty()) Join(options.instance);
 }
 
@@ -84,7 +87,9 @@ void App::Join(const std::string& instance) {
   tessera::Options options;
   options.control_address = menu_.address;
   options.instance_id = instance;
-  options.player_name = menu_.player_name;
+  // It is good for one try, however that ends. Pasted, it may have come with spaces.
+  std::istringstream(std::exchange(menu_.ticket, "")) >> options.ticket;
+  if (options.ticket.empty()) options.player_name = menu_.player_name;
   options.deadline = kJoinDeadline;
   joining_ = std::async(std::launch::async, [options] {
     Joining joining;

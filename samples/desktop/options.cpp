@@ -2,19 +2,21 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <string>
 
 namespace desktop {
 
 const char kUsage[] =
-    "Usage: tessera-desktop [--control ADDRESS] [--instance ID] [--name NAME] [--size WxH] [--plain] [--page "
-    "ADDRESS]\n"
+    "Usage: tessera-desktop [--control ADDRESS] [--instance ID] [--name NAME] [--ticket FILE] [--size WxH]\n"
+    "                       [--plain] [--page ADDRESS]\n"
     "\n"
     "Shows a world, and moves a player in it.\n"
     "\n"
     "  --control ADDRESS     HOST:PORT#FINGERPRINT of a players' door in JSON, or unix:PATH (default: tessera up)\n"
     "  --instance ID         joins this world at once\n"
     "  --name NAME           shown to others (default player)\n"
+    "  --ticket FILE         plays by the ticket in it, which says the name and is good for one try\n"
     "  --size WxH            of the window (default 1280x720)\n"
     "  --plain               no shadows and no smooth edges, for a machine without a graphics card\n"
     "  --page ADDRESS        of a gateway, http://HOST:PORT: the meshes of imported levels come from there\n"
@@ -26,6 +28,22 @@ const char kUsage[] =
     "Ends with 0 if all went well, 1 without a window, 2 for wrong arguments, 3 if no world could be listed or "
     "joined,\n"
     "or the one that was joined ended in an error.\n";
+
+namespace {
+
+// The ticket in the file, without what stands around it; `error` says why there is none.
+std::string TicketIn(const std::string& file, std::string& error) {
+  std::ifstream in(file);
+  std::string ticket;
+  if (!in) {
+    error = "--ticket: " + file + " cannot be read";
+  } else if (!(in >> ticket)) {
+    error = "--ticket: " + file + " has no ticket in it";
+  }
+  return ticket;
+}
+
+}  // namespace
 
 Options ParseOptions(int argc, char** argv) {
   Options options;
@@ -41,7 +59,7 @@ Options ParseOptions(int argc, char** argv) {
     }
     const bool known = name == "--control" || name == "--instance" || name == "--name" || name == "--size" ||
                        name == "--frames" || name == "--screenshot" || name == "--script" || name == "--visuals" ||
-                       name == "--page";
+                       name == "--page" || name == "--ticket";
     if (!known) {
       options.error = "no option " + name;
     } else if (i + 1 == argc) {
@@ -55,6 +73,7 @@ Options ParseOptions(int argc, char** argv) {
       if (name == "--script") options.script = value;
       if (name == "--visuals") options.visuals = value;
       if (name == "--page") options.page = value;
+      if (name == "--ticket") options.ticket = TicketIn(value, options.error);
       char rest = 0;
       if (name == "--frames" &&
           (std::sscanf(value.c_str(), "%ld%c", &options.frames, &rest) != 1 || options.frames < 1)) {

@@ -7,6 +7,7 @@ namespace desktop {
 
 struct Options {
   std::string control, instance, name = "player";
+  std::string ticket;  // the first line of a file; empty: a guest
   int width = 1280, height = 720;
   long frames = 0;  // ends after so many; 0: never
   std::string script, screenshot;

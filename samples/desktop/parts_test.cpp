@@ -213,6 +213,12 @@ TEST(OptionsTest, AreReadAndRefused) {
   EXPECT_EQ(Parsed({"--control"}).error, "--control needs a value");
   EXPECT_EQ(Parsed({"--frames", "9x"}).error, "--frames: not a number from 1: 9x");
   EXPECT_EQ(Parsed({"--size", "10x10"}).error, "--size: not 320x240 to 7680x4320: 10x10");
+  EXPECT_EQ(Parsed({"--ticket", "/nowhere/ada"}).error, "--ticket: /nowhere/ada cannot be read");
+  const std::string file = testing::TempDir() + "/ada.ticket";
+  std::ofstream(file) << "\n";
+  EXPECT_EQ(Parsed({"--ticket", file}).error, "--ticket: " + file + " has no ticket in it");
+  std::ofstream(file) << " AVZH \n";
+  EXPECT_EQ(Parsed({"--ticket", file}).ticket, "AVZH");
   EXPECT_EQ(Parsed({"--screenshot", "x.png"}).error, "--screenshot needs --frames: it is the last that is taken");
 }
 

@@ -213,7 +213,12 @@ MenuChoice ShowMenu(MenuState& menu) {
     choice = MenuChoice::kRefresh;
   }
   ImGui::TextColored(kFaint, "Your name");
+  // A ticket says the name itself.
+  ImGui::BeginDisabled(!menu.ticket.empty());
   ImGui::InputText("##name", &menu.player_name);
+  ImGui::EndDisabled();
+  ImGui::TextColored(kFaint, "Ticket, where a world takes no guests");
+  ImGui::InputTextWithHint("##ticket", "none: as a guest", &menu.ticket, ImGuiInputTextFlags_Password);
   ImGui::PopItemWidth();
   ImGui::Spacing();
   ShowWorlds(menu);

@@ -16,6 +16,7 @@ enum class Screen { kMenu, kJoining, kWaiting, kWorld, kEnded };
 
 struct MenuState {
   std::string address, player_name = "player";
+  std::string ticket;                         // good for one try; empty: a guest
   std::vector<tessera::InstanceInfo> worlds;  // those that can be joined
   bool listed = false;                        // an answer has come from `address`
   std::string trouble;                        // why there is no list, or why joining failed

@@ -252,6 +252,28 @@ TEST_F(DesktopTest, ShowsWhoIsAwaited) {
   EXPECT_NE(report.find("players 1 of 2: ada"), std::string::npos) << report;
 }
 
+TEST_F(DesktopTest, PlaysByATicketWhereNoGuestsAreTaken) {
+  Start({.scene = support::ScenePath("course"), .regions = 1, .bodies = std::nullopt, .bots = 0, .capacity = 4});
+  const auto created = Tessera(
+      {"instance", "create", "--scene", support::ScenePath("course"), "--regions", "1", "--guests", "off", "--wait"});
+  ASSERT_EQ(created.exit_code, 0) << created.err;
+  ASSERT_EQ(Tessera({"issuer", "create", "game", "--key-out", File("game.key")}).exit_code, 0);
+  const auto signed_ticket = Tessera({"ticket", "sign", "--key", File("game.key"), "--player", "ada", "--name", "Ada"});
+  ASSERT_EQ(signed_ticket.exit_code, 0) << signed_ticket.err;
+  std::ofstream(File("ada.ticket")) << signed_ticket.out;
+  const std::vector<std::string> there{"--control", Control(), "--instance", "inst-2"};
+  const auto guest = Client(there, "wait trouble\nquit\n");
+  EXPECT_EQ(guest.exit_code, 3);
+  EXPECT_NE(guest.err.find("this instance takes no guests: a ticket is needed"), std::string::npos) << guest.err;
+  std::vector<std::string> with_ticket = there;
+  with_ticket.insert(with_ticket.end(), {"--ticket", File("ada.ticket")});
+  const auto ada = Client(with_ticket, "wait world\nquit\n");
+  EXPECT_EQ(ada.exit_code, 0) << ada.err;
+  const auto again = Client(with_ticket, "wait trouble\nquit\n");
+  EXPECT_EQ(again.exit_code, 3);
+  EXPECT_NE(again.err.find("ticket: "), std::string::npos) << "it is good for one try: " << again.err;
+}
+
 TEST_F(DesktopTest, SaysWhatIsWrong) {
   const auto nobody =
       Client({"--control", "unix:/nowhere/control.sock"},

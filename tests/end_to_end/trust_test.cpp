@@ -319,6 +319,40 @@ TEST_F(TrustTest, AGatewayWithTooSmallARightSaysWhichItNeeds) {
   EXPECT_TRUE(strangers.End().Clean());
 }
 
+// The gateway may only watch, and its visitor is whoever the ticket says.
+TEST_F(TrustTest, AVisitorPlaysByATicketThroughAGatewayThatMayOnlyWatch) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera({"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies",
+                                              "20", "--regions", "1", "--guests", "off", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  const std::string key = folder_.path() + "/game.key";
+  ASSERT_EQ(Tessera({"issuer", "create", "game", "--key-out", key}).exit_code, 0);
+  const std::string ticket =
+      FirstLine(Tessera({"ticket", "sign", "--key", key, "--player", "ada@example", "--name", "Ada"}));
+  AddPerson("eve", "viewer");
+  FurtherGateway gateway(operators_ + "#" + fingerprint_, {"--token-file", folder_.path() + "/eve.token",
+                                                           "--players-door", players_ + "#" + fingerprint_});
+  gateway::ViewerSocket viewer(gateway.address, "inst-1");
+  const auto problem = [&] { return viewer.newest["problem"].value("text", ""); };
+  ASSERT_TRUE(viewer.Until([&] { return viewer.decoder.bodies.size() >= 20; }, kPatience)) << problem();
+  viewer.Send({{"type", "join"}, {"name", "guest"}});
+  ASSERT_TRUE(viewer.Until([&] { return problem() != ""; }, kPatience));
+  EXPECT_EQ(viewer.newest["problem"]["code"], "ticket");
+  EXPECT_THAT(problem(), HasSubstr("a ticket is needed"));
+  viewer.Send({{"type", "join"}, {"ticket", ticket}});
+  ASSERT_TRUE(viewer.Until([&] { return viewer.decoder.own_body != 0; }, kPatience)) << problem();
+  const std::uint64_t own = viewer.decoder.own_body;
+  ASSERT_TRUE(viewer.Until([&] { return viewer.decoder.bodies.contains(own); }, kPatience));
+  EXPECT_EQ(viewer.decoder.bodies.at(own).name, "Ada");
+  viewer.newest.clear();
+  gateway::ViewerSocket another(gateway.address, "inst-1");
+  another.Send({{"type", "join"}, {"ticket", ticket}});
+  ASSERT_TRUE(another.Until([&] { return another.newest.contains("problem"); }, kPatience));
+  EXPECT_EQ(another.newest["problem"]["code"], "ticket") << "it is good for one try";
+  EXPECT_FALSE(viewer.closed.has_value());
+  EXPECT_TRUE(gateway.End().Clean());
+}
+
 TEST_F(TrustTest, AnOrderIsItsVisitorsAndNotTheGateways) {
   ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
   const support::RunResult running = Tessera(

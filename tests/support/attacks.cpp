@@ -211,6 +211,10 @@ void TryFetches(AttackingHost& host, const v1::Instance& instance, Outcome& outc
   grpc::ClientContext scene_context;
   outcome.Try("the scene of a world elsewhere",
               !host.stub().FetchScene(&scene_context, host.As(scene), &got_scene).ok());
+  grpc::ClientContext pieces_context;
+  const auto pieces = host.stub().StreamScene(&pieces_context, host.As(scene));
+  const bool got_one = pieces->Read(&got_scene);
+  outcome.Try("the scene of a world elsewhere, in pieces", !got_one && !pieces->Finish().ok());
   v1::FetchStateRequest state;
   state.set_instance_id(instance.id());
   state.set_region(1);

@@ -94,7 +94,8 @@ export class Connection {
       }
       this.received_bytes += data.length;
       const message = JSON.parse(data) as JsonMessage;
-      if (message.type === 'problem') this.problem = message;
+      // A ticket that is lacking ends no connection, and is no reason for a later end.
+      if (message.type === 'problem' && message.code !== 'ticket') this.problem = message;
       this.listener.json(message);
     } catch (error) {
       // Messages after one that could not be read build on it, so the picture begins anew.

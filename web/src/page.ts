@@ -2,7 +2,7 @@
 
 import { type JsonMessage, type PartitionMap, type ShapeVisuals, type TileEntry, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
 import { type LinkState } from './connection.ts';
-import { takeKey } from './right.ts';
+import { takeKey, takeTicket } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
 import { Board } from './ui/board.ts';
 import { DetailPanel } from './ui/detail.ts';
@@ -11,7 +11,7 @@ import { Hands } from './ui/hands.ts';
 import { Keys } from './ui/keys.ts';
 import { Labels } from './ui/labels.ts';
 import { MachineRoom } from './ui/machine_room.ts';
-import { RightDialog } from './ui/right_dialog.ts';
+import { SecretDialog } from './ui/secret_dialog.ts';
 import { TimeBar } from './ui/time_bar.ts';
 import { Tools } from './ui/tools.ts';
 import { WorldList } from './ui/worlds.ts';
@@ -39,7 +39,22 @@ export class Page implements SessionListener {
   private readonly labels = new Labels();
   private readonly board = new Board();
   private readonly list = new WorldList();
-  private readonly right = new RightDialog();
+  private readonly right = new SecretDialog({
+    id: 'right',
+    title: 'Who gives this order?',
+    label: 'Access token',
+    note: 'The token is kept until this tab is closed, and sent to this gateway alone.',
+    warning: 'This page came without encryption: whoever is on the network between can read the token.',
+    use: 'Use token',
+  });
+  private readonly tickets = new SecretDialog({
+    id: 'ticket',
+    title: 'Who plays?',
+    label: 'Ticket',
+    note: 'The game’s own site or backend gives tickets. One is good for a single try, and this page keeps it nowhere.',
+    warning: 'This page came without encryption: whoever is on the network between can read the ticket.',
+    use: 'Play',
+  });
   private readonly name = h('strong', { id: 'name' });
   private readonly state = h('span', { class: 'pill' });
   private readonly fresh = h('span', { class: 'pill', id: 'fresh' });
@@ -47,6 +62,7 @@ export class Page implements SessionListener {
   private readonly banner = h('div', { id: 'banner', role: 'alert', hidden: true });
   private readonly toasts = h('div', { id: 'toasts', role: 'status' });
   private marks = true; // contacts are shown
+  private ticket = ''; // from the address, until it is shown
   private wanted_name = ''; // the player that this visitor wanted to be last
   private names = new Map<number, string>();
   private steered_s = 0;
@@ -85,7 +101,7 @@ export class Page implements SessionListener {
       h('button', { class: 'quiet', title: 'Show or hide the machine room (M)', onclick: () => this.toggleRoom() }, 'Machine room'),
     );
     const stage = h('div', { id: 'stage' }, this.canvas, this.labels.element, this.board.element, this.tools.element, this.detail.element, this.banner, this.toasts);
-    root.append(bar, stage, this.room.element, this.time.element, this.list.element, this.right.element);
+    root.append(bar, stage, this.room.element, this.time.element, this.list.element, this.right.element, this.tickets.element);
     try {
       this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes, this.session.values, (text) => this.answered(text, false));
     } catch (error) {
@@ -137,6 +153,7 @@ export class Page implements SessionListener {
   // `#plaza-1` is a world, `#play/FILE` a recording, and nothing the list.
   private route(): void {
     takeKey();
+    this.ticket = takeTicket() || this.ticket;
     const place = decodeURIComponent(location.hash.slice(1));
     document.body.classList.toggle('listing', place === '');
     this.session.selected = '';
@@ -172,6 +189,7 @@ export class Page implements SessionListener {
     this.fitted = welcome.instance;
     this.tools.setPlaying(welcome.own_player > 0);
     this.tools.setProperties(welcome.properties.map(({ name }) => name));
+    this.playByTicket();
   }
 
   visuals(visuals: ShapeVisuals[]): void {
@@ -229,6 +247,7 @@ export class Page implements SessionListener {
     // A visitor who may watch and not play is connected again at once, to watch: the reason stays to be read.
     const barred = message.type === 'problem' && message.code === 'not_allowed' && this.session.welcome !== null;
     if (barred || (message.type === 'problem' && message.code === 'bad_message')) this.answered(message.text, false);
+    if (message.type === 'problem' && message.code === 'ticket') this.tickets.ask(`${capital(message.text)}.`, (ticket) => this.join(null, ticket));
     if (barred && this.wanted_name !== '') this.lacksToken('Playing here needs an operator’s access token.', () => this.join(this.wanted_name));
     if (message.type === 'status') this.names = new Map((message.player_list ?? []).map((player) => [player.player, player.name]));
   }
@@ -250,9 +269,18 @@ export class Page implements SessionListener {
 
   // --- What a person does
 
-  private join(name: string | null): void {
+  private join(name: string | null, ticket = ''): void {
     this.wanted_name = name ?? '';
-    this.session.send(name === null ? { type: 'leave' } : { type: 'join', name });
+    if (ticket !== '') this.session.send({ type: 'join', ticket });
+    else this.session.send(name === null ? { type: 'leave' } : { type: 'join', name });
+  }
+
+  // Who came by an address with a ticket came to play. A recording is not played in.
+  private playByTicket(): void {
+    if (this.ticket === '' || this.session.play !== null || location.hash.startsWith('#play/')) return;
+    const ticket = this.ticket;
+    this.ticket = '';
+    this.join(null, ticket);
   }
 
   private select(slot: number): void {

@@ -1,5 +1,6 @@
 // Right: what this visitor shows to give orders: the key in the address that a local cluster printed, or an access token
-// that was typed. It is kept while the tab lives, and goes to the gateway alone.
+// that was typed. It is kept while the tab lives, and goes to the gateway alone. A ticket, which says who plays, is good
+// for one try and kept nowhere.
 
 export type Right = { key: string } | { token: string };
 
@@ -11,6 +12,15 @@ export function takeKey(): void {
   if (!found) return;
   keepRight({ key: found[1]! });
   history.replaceState(null, '', `#${found[2] ?? ''}`);
+}
+
+// The ticket of an address `#ticket=...` or `#ticket=...&plaza-1`, taken out of the address; empty: there is none. What
+// follows the hash a browser sends to no server.
+export function takeTicket(): string {
+  const found = /^#ticket=([A-Za-z0-9_-]+)(?:&(.*))?$/.exec(location.hash);
+  if (!found) return '';
+  history.replaceState(null, '', `#${found[2] ?? ''}`);
+  return found[1]!;
 }
 
 export function keptRight(): Right | null {

@@ -32,3 +32,13 @@ export async function open(browser: Browser, address: string, options: { dark?: 
   await page.goto(address);
   return { page, complaints };
 }
+
+// Until it is true on the page, asked at each picture. A real gateway forbids its page to evaluate texts, as playwright's
+// waitForFunction has it do.
+export async function holds(page: Page, expression: string, patience_ms: number): Promise<void> {
+  const end = performance.now() + patience_ms;
+  while (!(await page.evaluate(`window.tessera && (${expression})`))) {
+    if (performance.now() > end) throw new Error(`never: ${expression}; ${JSON.stringify(await page.evaluate('window.tessera?.counts'))}`);
+    await page.evaluate('new Promise(requestAnimationFrame).then(() => 0)');
+  }
+}

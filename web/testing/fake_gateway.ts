@@ -17,6 +17,9 @@ import { FakeWorld, HALF_M, fakeShapes, fakeStatics, largeLevel } from './fake_w
 
 const INSTANCE = 'plaza-1';
 export const ENDED = 'plaza-0'; // was, and is no more
+// Recordings that cannot be played.
+export const DAMAGED = 'damaged.rec';
+export const MISSING = 'missing.rec';
 const TYPES: Record<string, string> = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css' };
 
 export interface FakeOptions {
@@ -27,6 +30,7 @@ export interface FakeOptions {
   still?: boolean; // the world does not step by itself
   level?: number; // triangles of a level beyond its own
   token?: string; // orders need it
+  ticket?: string; // players need it
   key?: string; // or this
   visuals?: ShapeVisuals[];
   files?: Map<string, Buffer>; // mesh files, by hash
@@ -43,6 +47,8 @@ export class FakeGateway {
   readonly world: FakeWorld;
   served_bytes = 0; // sent of the page, compressed
   refuse = false; // closes viewers at once, as a gateway that goes away
+  barred = ''; // why it lets no viewer in, as a gateway whose token has too small a right
+  mute = false; // sends no frames, as a gateway whose world sends none
   private readonly server: Server;
   private readonly sockets: WebSocketServer;
   readonly refused: string[] = []; // by each socket that asked for a world that is not there
@@ -93,6 +99,24 @@ export class FakeGateway {
     return problem;
   }
 
+  // What is wrong with the world, to all who watch, who are closed then as a gateway closes them.
+  fail(code: string, text: string): void {
+    for (const client of this.sockets.clients) {
+      client.send(JSON.stringify({ type: 'problem', code, text }));
+      client.close(4000, code);
+    }
+  }
+
+  // The world has come back: all who watch it begin anew.
+  restart(): void {
+    for (const viewer of this.viewers) viewer.greet();
+  }
+
+  // Bytes that are no message of the protocol.
+  garble(bytes: number[]): void {
+    for (const client of this.sockets.clients) client.send(Uint8Array.from(bytes));
+  }
+
   // A message of the world, to all who watch.
   say(message: object): void {
     for (const client of this.sockets.clients) client.send(JSON.stringify(message));
@@ -134,7 +158,16 @@ export class FakeGateway {
   }
 
   private connected(socket: WebSocket, url: string): void {
+    if (this.barred !== '') {
+      socket.send(JSON.stringify({ type: 'problem', code: 'not_allowed', text: this.barred }));
+      return socket.close(4000, 'not_allowed');
+    }
     const replay = url.startsWith('/play/');
+    const unplayable = { [`/play/${DAMAGED}`]: 'damaged', [`/play/${MISSING}`]: 'no_recording' }[url];
+    if (unplayable) {
+      socket.send(JSON.stringify({ type: 'problem', code: unplayable, text: `${url.slice(6)}: ${unplayable === 'damaged' ? 'is damaged after 3.5 s' : 'no such recording'}` }));
+      return socket.close(4000, unplayable);
+    }
     if (!replay && url !== `/watch/${INSTANCE}`) {
       const name = decodeURIComponent(url.replace('/watch/', ''));
       this.refused.push(name);
@@ -145,7 +178,7 @@ export class FakeGateway {
       socket.send(JSON.stringify({ type: 'problem', code: 'no_world', text: `instance ${name}: no such instance`, again_s: 2 }));
       return socket.close(4000, 'no_world');
     }
-    const viewer = new FakeViewer(this.world, socket, { status: () => this.status(), kill: (region) => this.kill(region), token: this.options.token ?? '', key: this.options.key ?? '' }, replay);
+    const viewer = new FakeViewer(this.world, socket, { status: () => this.status(), kill: (region) => this.kill(region), token: this.options.token ?? '', ticket: this.options.ticket ?? '', key: this.options.key ?? '' }, replay);
     this.viewers.add(viewer);
     socket.on('close', () => {
       this.viewers.delete(viewer);
@@ -161,6 +194,7 @@ export class FakeGateway {
       this.world.step();
       this.world.step();
     }
+    if (this.mute) return;
     for (const viewer of this.viewers) viewer.frame();
   }
 

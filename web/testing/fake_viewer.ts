@@ -21,6 +21,7 @@ interface Shared {
   status(): void;
   kill(region: number): string;
   token: string; // that orders need; empty: none
+  ticket: string; // that players need; empty: none
   key: string;
 }
 
@@ -29,6 +30,7 @@ interface Request {
   number?: number;
   order?: string;
   token?: string;
+  ticket?: string;
   key?: string;
   body?: string;
   center?: number[];
@@ -222,7 +224,11 @@ export class FakeViewer {
         this.property = request.name ?? '';
         break;
       case 'join':
-        this.player = this.world.join(request.name ?? '');
+        if (this.shared.ticket !== '' && request.ticket !== this.shared.ticket) {
+          this.json({ type: 'problem', code: 'ticket', text: `instance plaza-1: ticket: ${request.ticket ? 'ran out 31 s ago' : 'this instance takes no guests: a ticket is needed'}` });
+          break;
+        }
+        this.player = this.world.join(request.ticket ? 'ada' : (request.name ?? ''));
         this.greet();
         break;
       case 'leave':

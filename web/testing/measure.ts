@@ -1,9 +1,11 @@
-// Measures the page against a bare page that draws the same 5000 bodies with one InstancedMesh and no more: frame rate,
-// script time a frame against copying 5000 matrices, size, requests, complaints. Frames are not capped; the two pages take
-// turns, so that a busy machine slows both. With --load it measures instead what a browser loads of a real gateway, and
-// how soon the page draws bodies.
+// Measures the page, as a recorded feed of 5000 bodies moves it, against a bare page that draws the same bodies with one
+// InstancedMesh and no more: from the same camera, on as many pixels. Frame rate, script time a frame against copying 5000
+// matrices, size, requests, complaints. Frames are not capped; the two pages take turns, so that a busy machine slows
+// both, and the feed waits while the bare page has its turn. The feed is that of a gateway, kept by --record, or else the
+// fake gateway's. With --load it measures instead what a browser loads of a real gateway, and how soon the page draws.
 //
-//   node build/tests/measure.mjs [--rounds 5] [--seconds 4] [--json]
+//   node build/tests/measure.mjs [--feed FILE] [--rounds 5] [--seconds 4] [--json]
+//   node build/tests/measure.mjs --record http://127.0.0.1:7710/#plaza-1 --feed FILE [--rounds 5] [--seconds 4]
 //   node build/tests/measure.mjs --load http://127.0.0.1:7710/#plaza-1
 //
 // Figures are told by metric: as lines, or as JSON with their spread over the rounds.
@@ -12,38 +14,60 @@ import { build } from 'esbuild';
 import { createServer } from 'node:http';
 import type { AddressInfo } from 'node:net';
 import type { Page } from 'playwright-core';
-import { launch, open } from './browser.ts';
+import { holds, launch, open } from './browser.ts';
 import { FakeGateway } from './fake_gateway.ts';
+import { type FeedMessage, RecordedFeed, read, record, write } from './recorded_feed.ts';
 
 const BODIES = 5000;
-const option = (name: string, otherwise: number) => {
+const PATIENCE_MS = 60000;
+const LOADING_S = 15; // of a feed, until the page has drawn all
+const text = (name: string) => {
   const at = process.argv.indexOf(name);
-  return at < 0 ? otherwise : Number(process.argv[at + 1]);
+  return at < 0 ? '' : process.argv[at + 1]!;
 };
-const rounds = option('--rounds', 5);
-const seconds = option('--seconds', 4);
+const rounds = Number(text('--rounds') || 5);
+const seconds = Number(text('--seconds') || 4);
+const feed_s = LOADING_S + 1.25 * rounds * seconds;
 
 const BARE = `
 import * as THREE from 'three';
 const canvas = document.querySelector('canvas');
 const renderer = new THREE.WebGLRenderer({ canvas, antialias: false });
-renderer.setSize(innerWidth, innerHeight, false);
 const scene = new THREE.Scene();
-const camera = new THREE.PerspectiveCamera(50, innerWidth / innerHeight, 1, 2000);
-camera.position.set(45, 93, 120);
-camera.lookAt(0, 0, 0);
+const camera = new THREE.PerspectiveCamera();
 scene.add(new THREE.HemisphereLight('#fff', '#888', 1.5), new THREE.DirectionalLight('#fff', 2));
-const mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(1, 1, 1), new THREE.MeshLambertMaterial(), ${BODIES});
-mesh.frustumCulled = false;
-scene.add(mesh);
-const matrices = Array.from({ length: ${BODIES} }, () => new THREE.Matrix4().makeTranslation(120 * Math.random() - 60, 1, 120 * Math.random() - 60));
-window.bare = { copy_ms: [], picture() {
-  const begin = performance.now();
-  for (let index = 0; index < ${BODIES}; ++index) mesh.setMatrixAt(index, matrices[index]);
-  mesh.instanceMatrix.needsUpdate = true;
-  bare.copy_ms.push(performance.now() - begin);
-  renderer.render(scene, camera);
-} };`;
+let mesh, matrices;
+window.bare = {
+  copy_ms: [],
+  begin({ poses, eye, target, fov, near, far, width, height }) {
+    renderer.setSize(width, height, false);
+    Object.assign(camera, { fov, near, far, aspect: width / height });
+    camera.position.fromArray(eye);
+    camera.lookAt(...target);
+    camera.updateProjectionMatrix();
+    const one = new THREE.Vector3(1, 1, 1);
+    matrices = poses.map((pose) => new THREE.Matrix4().compose(new THREE.Vector3(...pose.slice(0, 3)), new THREE.Quaternion(...pose.slice(3)), one));
+    mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(1, 1, 1), new THREE.MeshLambertMaterial(), matrices.length);
+    mesh.frustumCulled = false;
+    scene.add(mesh);
+  },
+  picture() {
+    const begin = performance.now();
+    for (let index = 0; index < matrices.length; ++index) mesh.setMatrixAt(index, matrices[index]);
+    mesh.instanceMatrix.needsUpdate = true;
+    bare.copy_ms.push(performance.now() - begin);
+    renderer.render(scene, camera);
+  },
+};`;
+
+// What the page draws now: where its bodies are, its camera, and how many pixels it draws on.
+const SCENE = `(() => {
+  const { session: { bodies }, view } = tessera;
+  const canvas = document.getElementById('world');
+  const { fov, near, far, position } = view.rig.camera;
+  const poses = [...bodies.order.slice(0, bodies.count)].map((slot) => [...bodies.shown.slice(7 * slot, 7 * slot + 7)]);
+  return { poses, eye: position.toArray(), target: view.rig.target, fov, near, far, width: canvas.width, height: canvas.height };
+})()`;
 
 
 async function barePage(): Promise<{ address: string; close: () => void }> {
@@ -101,7 +125,7 @@ async function load(address: string): Promise<Record<string, Figure>> {
       begin = performance.now();
     },
   });
-  await page.waitForFunction('window.tessera && tessera.counts.drawn > 0', undefined, { timeout: 60000 });
+  await holds(page, 'tessera.counts.drawn > 0', PATIENCE_MS);
   const ready_ms = performance.now() - begin;
   await browser.close();
   return {
@@ -112,29 +136,43 @@ async function load(address: string): Promise<Record<string, Figure>> {
   };
 }
 
-async function compare(): Promise<Record<string, Figure>> {
-  const gateway = new FakeGateway({ page: 'dist', bodies: BODIES - 420, frame_ms: 100 });
+async function fakeFeed(): Promise<FeedMessage[]> {
+  const gateway = new FakeGateway({ page: 'dist', bodies: BODIES - 420 });
+  const feed = await record(`${await gateway.listen()}/#plaza-1`, feed_s);
+  await gateway.close();
+  return feed;
+}
+
+async function compare(feed: FeedMessage[]): Promise<Record<string, Figure>> {
+  const gateway = new RecordedFeed(feed, 'dist');
   const browser = await launch();
   const bare = await barePage();
   const address = await gateway.listen();
   const plain = await open(browser, bare.address);
-  const inspector = await open(browser, `${address}/#plaza-1`);
-  await inspector.page.waitForFunction(`window.tessera && tessera.counts.drawn === ${BODIES}`, undefined, { timeout: 60000 });
-  // The same number of pixels for the world, and both pages alike uncapped.
+  gateway.play();
+  const inspector = await open(browser, `${address}/#recorded`);
+  await holds(inspector.page, `tessera.counts.drawn >= ${BODIES}`, PATIENCE_MS);
   await inspector.page.evaluate('document.body.classList.add("wide")');
+  await inspector.page.evaluate('new Promise(requestAnimationFrame)');
+  // Both pages alike uncapped.
   await inspector.page.evaluate('tessera.page.hold = true');
+  const scene = (await inspector.page.evaluate(SCENE)) as { poses: number[][] };
+  await plain.page.evaluate(`bare.begin(${JSON.stringify(scene)})`);
 
   const bare_rates: number[] = [];
   const page_rates: number[] = [];
   const own: number[][] = [];
   const copies: number[][] = [];
   for (let round = 0; round < rounds; ++round) {
+    gateway.pause();
     await plain.page.evaluate('bare.copy_ms.length = 0');
     bare_rates.push(await drawn(plain.page, 'bare'));
     copies.push((await plain.page.evaluate('bare.copy_ms')) as number[]);
     await inspector.page.evaluate('tessera.perf.reset()');
+    gateway.play();
     page_rates.push(await drawn(inspector.page, 'tessera.page'));
     own.push((await inspector.page.evaluate('tessera.perf.own_ms')) as number[]);
+    if (gateway.over) throw new Error('the feed was shorter than the measurement: record a longer one');
   }
   await browser.close();
   bare.close();
@@ -147,11 +185,16 @@ async function compare(): Promise<Record<string, Figure>> {
     script_time_ratio: { ...spread(own.map((ms, round) => p95(ms) / p95(copies[round]!))), value: p95(own.flat()) / p95(copies.flat()) },
     page_script_p95_ms: { ...spread(own.map(p95), 'ms'), value: p95(own.flat()) },
     copying_p95_ms: { ...spread(copies.map(p95), 'ms'), value: p95(copies.flat()) },
+    page_comparison_bodies: { value: scene.poses.length, unit: '1' },
     page_comparison_errors: { value: inspector.complaints.errors.length + inspector.complaints.foreign.length, unit: '1' },
   };
 }
 
-const at = process.argv.indexOf('--load');
-const figures = at < 0 ? await compare() : await load(process.argv[at + 1]!);
-if (at >= 0 || process.argv.includes('--json')) console.log(JSON.stringify(figures));
+if (text('--record') !== '') {
+  write(text('--feed'), await record(text('--record'), feed_s));
+  process.exit(0);
+}
+const loaded = text('--load');
+const figures = loaded !== '' ? await load(loaded) : await compare(text('--feed') !== '' ? read(text('--feed')) : await fakeFeed());
+if (loaded !== '' || process.argv.includes('--json')) console.log(JSON.stringify(figures));
 else for (const [metric, { value, unit, p10, p90 }] of Object.entries(figures)) console.log(`${metric} ${value.toFixed(2)}${unit === '1' ? '' : ` ${unit}`}${p10 === undefined ? '' : ` (p10 ${p10.toFixed(2)}, p90 ${p90!.toFixed(2)})`}`);

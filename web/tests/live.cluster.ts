@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { type Complaints, launch, open } from '../testing/browser.ts';
+import { type Complaints, holds as holdsOn, launch, open } from '../testing/browser.ts';
 import { LocalCluster } from '../testing/local_cluster.ts';
 
 const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
@@ -29,13 +29,8 @@ after(async () => {
   await cluster?.stop();
 });
 
-// Until it is true, asked at each picture. The gateway forbids the page to evaluate texts, as waitForFunction has it do.
-async function holds(expression: string, of = page): Promise<void> {
-  const end = performance.now() + WAIT.timeout;
-  while (!(await of.evaluate(`window.tessera && (${expression})`))) {
-    if (performance.now() > end) throw new Error(`never: ${expression}; ${JSON.stringify(await of.evaluate('tessera.counts'))}`);
-    await of.evaluate('new Promise(requestAnimationFrame).then(() => 0)');
-  }
+function holds(expression: string, of = page): Promise<void> {
+  return holdsOn(of, expression, WAIT.timeout);
 }
 
 // Until bodies that the region owns have gone somewhere, as the page draws them.
@@ -153,6 +148,29 @@ test('a score and a match clock are on the page, and in its recording as they we
   await shows('3');
   assert.deepEqual(arena.complaints, { errors: [], foreign: [] });
   await arena.page.context().close();
+});
+
+test('a visitor plays by a ticket where no guests are taken, and by the same one nobody else does', async () => {
+  const made = await cluster.tessera('instance', 'create', '--scene', 'course', '--regions', '1', '--guests', 'off', '--wait');
+  const id = /inst-[0-9]+/.exec(made)![0];
+  const key = join(cluster.folder, 'game.key');
+  await cluster.tessera('issuer', 'create', 'game', '--key-out', key);
+  const ticket = (await cluster.tessera('ticket', 'sign', '--key', key, '--player', 'ada@example', '--name', 'Ada')).trim();
+  const origin = new URL(cluster.page).origin;
+  const ada = await open(browser, `${origin}/#ticket=${ticket}&${id}`, { size: SMALL });
+  await holds('tessera.view.own >= 0', ada.page);
+  assert.equal(ada.page.url(), `${origin}/#${id}`);
+  const other = await open(browser, `${origin}/#${id}`, { size: SMALL });
+  await other.page.getByRole('button', { name: 'Play', exact: true }).click(WAIT);
+  await other.page.locator('#ticket[open] p', { hasText: 'a ticket is needed' }).waitFor(WAIT);
+  await other.page.getByLabel('Ticket').last().fill(ticket);
+  await other.page.locator('#ticket').getByRole('button', { name: 'Play' }).click();
+  await other.page.locator('#ticket[open] p', { hasText: /[Tt]icket: /, hasNotText: 'is needed' }).waitFor(WAIT);
+  for (const { page, complaints } of [ada, other]) {
+    assert.deepEqual(complaints, { errors: [], foreign: [] });
+    await page.context().close();
+  }
+  await cluster.tessera('instance', 'delete', id);
 });
 
 test('a level that was imported is drawn by its own meshes', async () => {
