@@ -35,6 +35,7 @@ std::vector<BodyId> DynamicBodies(const Scene& scene) {
 WorldRun::WorldRun(const RunOptions& options)
     : scene_(LoadScene(options.scene, options.bodies)),
       bots_come_back_(options.bots_come_back),
+      players_elsewhere_(options.players_elsewhere),
       conservation_(std::make_unique<Conservation>(DynamicBodies(*scene_.scene))) {
   cluster_ = std::make_unique<LocalCluster>(
       LocalClusterOptions{.state_dir = folder_.path(),
@@ -118,7 +119,7 @@ bool WorldRun::Frame() {
   for (const auto& bot : bots_) {
     if (!bot->Frame(Clock::now()) && !BringBack(*bot)) return false;
   }
-  if (!bots_expected_) ExpectBotBodies();
+  if (!bots_expected_ && !players_elsewhere_) ExpectBotBodies();
   const v1::InstanceState state = watch_->Latest().state();
   return state != v1::INSTANCE_STATE_FAILED && state != v1::INSTANCE_STATE_ENDED;
 }
@@ -158,6 +159,13 @@ void WorldRun::ExpectBotBodies() {
   for (const auto& bot : bots_) {
     conservation_->Expect(bot->client().own_body(), bot->client().tick().value() + scene_.scene->tick_rate_hz);
   }
+  bots_expected_ = true;
+}
+
+// As with bots' bodies, from a second later on.
+void WorldRun::ExpectPlayers(std::span<const BodyId> bodies, Tick tick) {
+  const std::lock_guard lock(mutex_);
+  for (const BodyId body : bodies) conservation_->Expect(body, tick.value() + scene_.scene->tick_rate_hz);
   bots_expected_ = true;
 }
 
