@@ -44,7 +44,9 @@ WorldRun::WorldRun(const RunOptions& options)
                           .workers_outlive_agents = options.workers_outlive_agents,
                           .network = options.network,
                           .page_listen = options.page_listen,
-                          .game_modules = options.game_modules});
+                          .game_modules = options.game_modules,
+                          .control_programs = options.control_programs,
+                          .agent_programs = options.agent_programs});
   if (options.on_cluster) options.on_cluster(*cluster_);
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);

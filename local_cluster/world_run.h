@@ -46,6 +46,8 @@ struct RunOptions {
   const HostNetwork* network = nullptr;  // likewise
   std::string page_listen = {};          // likewise
   std::string game_modules = {};         // likewise
+  std::string control_programs = {};     // likewise
+  std::string agent_programs = {};       // likewise
   // Called when the cluster stands, before there is a world in it.
   std::function<void(const LocalCluster&)> on_cluster = {};
   // Further settings of the instance.
