@@ -106,7 +106,7 @@ PlayerProcesses::~PlayerProcesses() {
   for (const auto& player : players_) CloseEnd(player->orders);  // all leave at the same time
   const auto deadline = Clock::now() + kLeavePatience;
   for (const auto& player : players_) {
-    // What it still says is read, for it may wait for that; its end closes the pipe.
+    // Its last words are read, for it may wait for that; its end closes the pipe.
     while (player->says >= 0) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
       pollfd end{player->says, POLLIN, 0};

@@ -41,7 +41,7 @@ class PlayerProcesses {
 
   std::vector<const PlayerView*> views() const;
   bool AllIn() const;            // each has seen its own body
-  FrameCount frames() const;     // of all together
+  FrameCount frames() const;     // sum over all players
   std::size_t ended() const;     // players who are out
   std::string WhyEnded() const;  // "player 2: ..., player 5: ..."; empty: nobody has
 

@@ -200,6 +200,9 @@ host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
   }
   if (!options_.region_binary.empty()) argv.insert(argv.end(), {"--region-binary", options_.region_binary});
   if (!options_.game_modules.empty()) argv.insert(argv.end(), {"--game-modules", options_.game_modules});
+  if (!options_.release_programs.empty() && agent_programs_.at(index).empty()) {
+    argv.insert(argv.end(), {"--release-programs", options_.release_programs});
+  }
   if (options_.capacity > 0) argv.insert(argv.end(), {"--capacity", std::to_string(options_.capacity)});
   const int first = options_.first_port + static_cast<int>(index) * 1000;
   argv.insert(argv.end(), {"--port-range", fmt::format("{}-{}", first, first + 999)});

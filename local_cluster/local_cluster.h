@@ -43,6 +43,8 @@ struct LocalClusterOptions {
   // Folders with the programs of another release: of the control plane, and of agents with their workers. Empty: those
   // of this installation.
   std::string control_programs = {}, agent_programs = {};
+  // Agents' folder of workers' programs by release, of those that are of this installation; empty: their default.
+  std::string release_programs = {};
 };
 
 class LocalCluster {

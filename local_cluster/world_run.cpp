@@ -46,7 +46,8 @@ WorldRun::WorldRun(const RunOptions& options)
                           .page_listen = options.page_listen,
                           .game_modules = options.game_modules,
                           .control_programs = options.control_programs,
-                          .agent_programs = options.agent_programs});
+                          .agent_programs = options.agent_programs,
+                          .release_programs = options.release_programs});
   if (options.on_cluster) options.on_cluster(*cluster_);
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);

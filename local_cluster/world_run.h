@@ -48,6 +48,7 @@ struct RunOptions {
   std::string game_modules = {};         // likewise
   std::string control_programs = {};     // likewise
   std::string agent_programs = {};       // likewise
+  std::string release_programs = {};     // likewise
   // Called when the cluster stands, before there is a world in it.
   std::function<void(const LocalCluster&)> on_cluster = {};
   // Further settings of the instance.

@@ -3,15 +3,18 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
+#include <future>
 #include <iostream>
 #include <map>
 #include <set>
 #include <string>
 
 #include "bench/scrape.h"
-#include "host/process.h"
+#include "host/temporary_folder.h"
 #include "local_cluster/connection.h"
 #include "telemetry/http_get.h"
 #include "tests/end_to_end/world_fixture.h"
@@ -22,7 +25,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr const char* kOtherRelease = "TESSERA_OTHER_RELEASE";
-constexpr double kTicksPerSecond = 60;  // of the scene
+constexpr double kTicksPerSecond = 60;  // as the scene has it
 
 class SkewTest : public WorldTest {
  protected:
@@ -43,7 +46,7 @@ class SkewTest : public WorldTest {
             .control_programs = control_programs,
             .agent_programs = agent_programs};
   }
-  // What a cluster is for: a world runs, is carried on where a worker dies, grows, and is kept.
+  // A cluster is good for this: a world runs, is carried on where a worker dies, and is kept.
   void ExpectTheyWorkTogether() {
     ASSERT_TRUE(PlayUntilProtected());
     ASSERT_TRUE(PlayOn(1));
@@ -65,7 +68,7 @@ class SkewTest : public WorldTest {
     for (const v1::Host& host : listed.hosts()) versions.insert(host.version());
     return versions;
   }
-  // Of any region, in the last five to ten seconds.
+  // The longest that any region had in the last five to ten seconds.
   double LongestTick_s() {
     double longest = 0;
     const v1::Instance instance = run_->Latest();
@@ -145,6 +148,55 @@ TEST_F(SkewTest, AClusterIsUpgradedProgramByProgramUnderAMatch) {
   std::cout << "longest tick: " << ticks << " ticks, before " << before_s * kTicksPerSecond << "\n";
   RecordProperty("longest_tick_ticks", std::to_string(ticks));
   ExpectAllIsThere();
+}
+
+// Workers of the release before run on under agents of this one, which keep its program.
+TEST_F(SkewTest, AWorldKeepsItsReleaseUntilItIsUpgraded) {
+  const host::TemporaryFolder releases;
+  local::RunOptions options = World("", other_);
+  options.workers_outlive_agents = true;
+  options.release_programs = releases.path();
+  Start(options);
+  ASSERT_TRUE(PlayUntilProtected());
+  const std::set<std::string> before = VersionsOfHosts();
+  ASSERT_EQ(before.size(), 1u);
+  const std::string old_release = *before.begin();
+  EXPECT_EQ(run_->Latest().release(), old_release);
+  std::filesystem::create_directory(releases.path() + "/" + old_release);
+  std::filesystem::create_symlink(other_ + "/tessera-region", releases.path() + "/" + old_release + "/tessera-region");
+  for (std::size_t host = 0; host < options.hosts; ++host) {
+    run_->cluster().KillAgent(host);
+    run_->cluster().UseAgentPrograms(host, "");
+    run_->cluster().RestartAgent(host);
+    ASSERT_TRUE(PlayOn(1));
+  }
+  ASSERT_TRUE(PlayUntilProtected());
+  ASSERT_EQ(kill(static_cast<pid_t>(ReportOf(1).identity().pid()), SIGKILL), 0);
+  ASSERT_TRUE(PlayUntilFailedOver());
+  ASSERT_TRUE(PlayUntil("a new worker of the old release in its place",
+                        [&] { return IsSettled() && run_->Latest().regions() == 4; }));
+  EXPECT_EQ(run_->Latest().release(), old_release);
+  ASSERT_TRUE(PlayOn(1));
+
+  const std::map<std::uint32_t, std::int64_t> pids = Pids();
+  const std::string new_release = *VersionsOfHosts().begin();
+  auto upgraded = std::async(std::launch::async, [&] { return Tessera({"instance", "upgrade", run_->instance_id()}); });
+  ASSERT_TRUE(
+      PlayUntil("upgraded", [&] { return upgraded.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }));
+  const support::RunResult result = upgraded.get();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  ASSERT_TRUE(PlayUntil("other workers", [&] {
+    const auto now = Pids();
+    return IsSettled() && std::ranges::none_of(pids, [&](const auto& old) {
+             const auto found = now.find(old.first);
+             return found != now.end() && found->second == old.second;
+           });
+  }));
+  EXPECT_EQ(run_->Latest().release(), new_release);
+  EXPECT_NE(new_release, old_release);
+  EXPECT_EQ(run_->Latest().lost_ticks(), 0u);
+  ASSERT_TRUE(PlayUntilProtected());
+  for (local::Bot* bot : run_->bots()) EXPECT_EQ(bot->client().state(), client::ClientState::kPlaying);
 }
 
 }  // namespace
