@@ -25,11 +25,14 @@ apt update
 # --- A first world ----------------------------------------------------------------------------------------------------
 
 begin=$SECONDS
+begin_us=${EPOCHREALTIME/./}
 apt install --no-install-recommends "$PACKAGES"/tessera-*.deb
 as_user tessera -o json demo --seconds 5 --page-listen 127.0.0.1:0 >/tmp/demo.json 2>/tmp/demo.log ||
   { cat /tmp/demo.log >&2; fail "tessera demo: exit $?"; }
 took=$((SECONDS - begin))
+ended_us=${EPOCHREALTIME/./}
 echo "ok: from the packages to a world that ran for 5 s and lost nothing: $took s"
+echo "install_to_world_s $(awk -v us="$((ended_us - begin_us))" 'BEGIN { printf "%.1f", us / 1e6 - 5 }')"  # less the 5 s
 [[ $took -le $LONGEST_TO_A_WORLD_S ]] || echo "note: that is more than $LONGEST_TO_A_WORLD_S s; most of it is apt"
 for program in tessera tessera-control tessera-agent tessera-region tessera-gateway; do
   [[ $("$program" --version) == *"$(dpkg-query -W -f '${Version}' tessera-cli)"* ]] || fail "$program --version: $("$program" --version)"
