@@ -41,7 +41,7 @@ constexpr const char* kRestoreEngine = "tessera";
 constexpr const char* kRestoreScene = "plaza";
 constexpr std::chrono::seconds kRestorePatience{120};
 constexpr double kPlayed_s = 2;  // between two things that are done to a world
-constexpr const char* kLongestTickOfUpgrade = "tessera_region_longest_tick_seconds";  // of the last 5 to 10 s
+constexpr const char* kLongestTickOfUpgrade = "tessera_region_longest_tick_seconds";  // over the last 5 to 10 s
 constexpr double kTicksPerSecondOfUpgrade = 60;                                       // as the scene has it
 constexpr double kStood_ms = 300;  // longer than a failover, after which nobody has to come back
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -58,8 +59,11 @@ TEST(PlayerProcessesTest, TellsTheMedianAndTheWorstOfThePlayersGaps) {
   ASSERT_NE(players, nullptr);
   players->Watch({RegionId(2)});
   EXPECT_FALSE(players->SawOthers());
-  const absl::Status status = TakeInUntil(*players, [&] { return players->SawOthers(); });
+  const auto is_over = [](const PlayerView* view) { return view->gap().over; };
+  const absl::Status status =
+      TakeInUntil(*players, [&] { return std::ranges::count_if(players->views(), is_over) == 3; });
   EXPECT_TRUE(status.ok()) << status;
+  EXPECT_TRUE(players->SawOthers());
   EXPECT_DOUBLE_EQ(players->worst_gap_s(), 0.25);
   EXPECT_DOUBLE_EQ(players->gap_s(), 0.1) << "who was shown none of those bodies does not count";
 }

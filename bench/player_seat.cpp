@@ -30,7 +30,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::nanoseconds kPlayerFrame{8'333'333};
 constexpr std::chrono::milliseconds kCountsApart{250};
 constexpr std::chrono::seconds kLooksApart{2};
-constexpr std::uint32_t kMostFramesDue = 1;  // a player has one screen
+constexpr std::size_t kPlayersInSeat = 1;
 
 class SeatedPlayer {
  public:
@@ -48,7 +48,7 @@ class SeatedPlayer {
   bool Flush();
 
   std::unique_ptr<local::Bot> bot_;
-  local::PollSchedule schedule_{kPlayerFrame, kMostFramesDue};
+  local::PollSchedule schedule_{kPlayerFrame, kPlayersInSeat};
   std::string unread_, said_;
   bool is_in_ = false;
   std::uint64_t watch_number_ = 0;

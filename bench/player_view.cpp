@@ -16,10 +16,15 @@ namespace {
 
 absl::string_view AbslView(std::string_view text) { return {text.data(), text.size()}; }
 
+std::vector<std::string> WordsOf(std::string_view line) {
+  std::vector<std::string> words = absl::StrSplit(AbslView(line), ' ');
+  return words;
+}
+
 // The words after the first, read one after the other.
 class Words {
  public:
-  explicit Words(std::string_view line) : words_(absl::StrSplit(AbslView(line), ' ')) {}
+  explicit Words(std::string_view line) : words_(WordsOf(line)) {}
 
   const std::string& name() const { return words_.front(); }
   template <class Number>

@@ -23,7 +23,7 @@ struct FakeHost {
   std::uint32_t capacity = 0;
   StreamId stream = 0;                // 0: not attached
   bool silent = false;                // sends nothing and hears nothing
-  std::string version;                // of its agent, from the next time that it attaches
+  std::string version;                // its agent's, from the next time that it attaches
   std::vector<std::string> releases;  // likewise: of which it says that it has the worker's program
   // The list of revocations on its disk, and whether that takes a newer one.
   v1::SignedRevocations revocations;
