@@ -180,6 +180,9 @@ TEST_F(SkewTest, AWorldKeepsItsReleaseUntilItIsUpgraded) {
 
   const std::map<std::uint32_t, std::int64_t> pids = Pids();
   const std::string new_release = *VersionsOfHosts().begin();
+  EXPECT_THAT(Tessera({"instance", "describe", run_->instance_id()}).out, HasSubstr("Release:  " + old_release + "\n"));
+  EXPECT_THAT(Tessera({"host", "describe", "local-1"}).out,
+              HasSubstr("Worker programs of releases " + old_release + ", " + new_release + "\n"));
   auto upgraded = std::async(std::launch::async, [&] { return Tessera({"instance", "upgrade", run_->instance_id()}); });
   ASSERT_TRUE(
       PlayUntil("upgraded", [&] { return upgraded.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }));
