@@ -71,6 +71,7 @@ void FailoverStage::SeatPlayers(std::uint32_t count) {
     throw local::CommandError(std::string(in.message()));
   }
   std::vector<BodyId> bodies;
+  bodies.reserve(count);
   Tick tick;
   for (const PlayerView* player : players_->views()) {
     bodies.push_back(*player->body());

@@ -87,6 +87,7 @@ TEST_F(ClusterReleasesTest, AnUpgradeMovesItOnAndSaysSo) {
   EXPECT_EQ(world.release(), "0.2.0");
   EXPECT_THAT(ReleasesOfWorkers(), Each(std::string("0.2.0")));
   std::vector<std::string> events;
+  events.reserve(static_cast<std::size_t>(world.events_size()));
   for (const v1::InstanceEvent& event : world.events()) events.push_back(event.text());
   EXPECT_THAT(events, Contains("its workers are of release 0.2.0 now, and were of 0.1.0"));
 }
