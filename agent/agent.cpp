@@ -51,6 +51,10 @@ Agent::Agent(const AgentOptions& options, std::unique_ptr<StateDir> state)
       loop_(std::make_shared<EventLoop>()),
       state_(std::move(state)),
       boot_id_(host::BootId()),
+      programs_({.own_release = TESSERA_VERSION,
+                 .own_program = options_.region_binary,
+                 .own_program_given = options_.region_binary_given,
+                 .folder = options_.release_programs}),
       revocations_(*state_),
       notify_(loop_),
       supervisor_(

@@ -26,6 +26,7 @@
 #include "agent/kept_revocations.h"
 #include "agent/module_watch.h"
 #include "agent/options.h"
+#include "agent/release_programs.h"
 #include "agent/service_notify.h"
 #include "agent/state_dir.h"
 #include "agent/state_files.h"
@@ -122,6 +123,7 @@ class Agent {
   std::shared_ptr<EventLoop> loop_;
   std::unique_ptr<StateDir> state_;
   std::string boot_id_;
+  ReleasePrograms programs_;
   std::optional<HostIdentity> identity_;
   std::string requested_key_;  // PEM, secret: for the certificate that the next hello requests; empty: none
   TimePoint next_renewal_;     // none is requested before, unless with a join token

@@ -38,6 +38,7 @@ v1::AgentHello Agent::Hello() const {
                                               static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)));
   hello.mutable_resources()->set_region_capacity(options_.capacity);
   hello.set_version(TESSERA_VERSION);
+  for (std::string& release : programs_.releases()) hello.add_releases(std::move(release));
   hello.set_boot_id(boot_id_);
   *hello.mutable_game_modules() = game_modules_;
   hello.set_revocations_number(revocations_.number());

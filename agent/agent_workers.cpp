@@ -127,7 +127,7 @@ std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const
   const auto port = [&](int offset) { return std::to_string(action.first_port + offset); };
   // Seen by everybody on this machine, so nothing secret: keys come with the order, over the socket.
   std::vector<std::string> arguments{
-      options_.region_binary,
+      programs_.ProgramOf(action.release),
       "--agent-socket",
       state_->SocketPath(),
       "--instance",
@@ -225,6 +225,10 @@ void Agent::Settle() {
 }
 
 void Agent::Do(const SpawnWorker& action) {
+  if (programs_.ProgramOf(action.release).empty()) {
+    return supervisor_.SpawnFailed(action.key, absl::StrCat("this host has no worker program of release ",
+                                                            action.release, " in ", options_.release_programs));
+  }
   std::vector<std::string> argv = WorkerArguments(action);
   const std::string log_path = argv.back();
   if (absl::Status status = host::MakePrivateFolder(StateFolderOf(state_->StatesPath(), action.key)); !status.ok()) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "agent/release_programs.h"
 #include "agent/supervisor.h"
 #include "core/game/native_name.h"
 #include "core/world/limits.h"
@@ -66,6 +67,9 @@ absl::Status CheckOrder(const v1::WorkerOrder& order) {
   if (order.incarnation() == 0) return absl::InvalidArgumentError("order: incarnation must not be 0");
   if (!IsHash(order.scene_hash())) {
     return absl::InvalidArgumentError("order: scene_hash must be 64 hexadecimal digits");
+  }
+  if (!order.release().empty() && !IsReleaseName(order.release())) {
+    return absl::InvalidArgumentError("order: release must be three numbers, as 0.1.0");
   }
   if (!order.game_hash().empty() && !IsHash(order.game_hash())) {
     return absl::InvalidArgumentError("order: game_hash must be 64 hexadecimal digits");

@@ -40,7 +40,7 @@ struct AgentFlags {
   std::string control = "unix:" + trust::DefaultControlSocket(), join_token, join_token_file,
               state_dir = "/var/lib/tessera/agent";
   std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", metrics_token_file, region_binary, ready_file,
-              game_modules, log_level;
+              game_modules, release_programs, log_level;
   telemetry::MetricsTlsFiles metrics_tls;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
@@ -81,6 +81,10 @@ void Declare(CLI::App& app, AgentFlags& f) {
                  "may ask");
   telemetry::AddMetricsTlsOptions(app, f.metrics_tls);
   app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
+  app.add_option(
+      "--release-programs", f.release_programs,
+      "folder with a folder for each release whose worker program this host keeps, for worlds that began with "
+      "it; default ../lib/tessera/releases from this program's");
   app.add_option("--game-modules", f.game_modules,
                  "folder of shared libraries that worlds may run as games, which are trusted; default none");
   app.add_option("--worker-sandbox", f.worker_sandbox,
@@ -155,6 +159,17 @@ absl::Status CheckModules(const AgentFlags& f, AgentOptions& options) {
   return absl::OkStatus();
 }
 
+absl::Status CheckReleaseFolder(const AgentFlags& f, AgentOptions& options) {
+  std::error_code error;
+  if (!f.release_programs.empty() && !std::filesystem::is_directory(f.release_programs, error)) {
+    return absl::InvalidArgumentError(absl::StrCat("--release-programs ", f.release_programs, ": no such folder"));
+  }
+  const std::string folder =
+      f.release_programs.empty() ? host::ProgramFolder() + "/../lib/tessera/releases" : f.release_programs;
+  options.release_programs = std::filesystem::absolute(folder, error).lexically_normal().string();
+  return absl::OkStatus();
+}
+
 absl::Status CheckCapacity(const AgentFlags& f, AgentOptions& options) {
   auto ports = PortRange::Parse(f.ports);
   if (!ports.ok()) return absl::InvalidArgumentError(absl::StrCat("--port-range ", ports.status().message()));
@@ -213,12 +228,14 @@ absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {
   if (absl::Status status = CheckAddresses(f, options); !status.ok()) return status;
   if (absl::Status status = CheckCapacity(f, options); !status.ok()) return status;
   if (absl::Status status = CheckModules(f, options); !status.ok()) return status;
+  if (absl::Status status = CheckReleaseFolder(f, options); !status.ok()) return status;
   options.join_token = f.join_token;
   options.join_token_file = f.join_token_file;
   if (const char* token = std::getenv(kTokenEnvironment); token != nullptr && f.join_token.empty()) {
     options.join_token = token;
   }
   options.state_dir = f.state_dir;
+  options.region_binary_given = !f.region_binary.empty();
   options.region_binary = f.region_binary.empty() ? host::ProgramFolder() + "/tessera-region" : f.region_binary;
   options.ready_file = f.ready_file;
   options.log_level = f.log_level;

@@ -23,6 +23,8 @@ struct AgentOptions {
   std::string metrics_token_file;          // for this program and its workers; empty: none
   telemetry::MetricsTlsFiles metrics_tls;  // likewise
   std::string region_binary;
+  bool region_binary_given = false;  // else it is the one beside this program
+  std::string release_programs;      // folder of workers' programs by release; need not be there
   std::string ready_file;
   std::string game_modules;  // folder of native games; empty: none
   std::string log_level;

@@ -54,6 +54,16 @@ TEST(OptionsTest, TheFolderOfNativeGamesMustBeThere) {
   EXPECT_EQ(Parse({"--game-modules", "/nowhere"}).status().message(), "--game-modules /nowhere: no such folder");
 }
 
+TEST(OptionsTest, ProgramsOfOtherReleasesAreBesideTheOwnOnesUnlessAFolderIsGiven) {
+  const AgentOptions options = Parse({}).value();
+  EXPECT_THAT(options.release_programs, ::testing::EndsWith("/lib/tessera/releases"));
+  EXPECT_FALSE(options.region_binary_given);
+  EXPECT_EQ(Parse({"--release-programs", "/tmp/../tmp"})->release_programs, "/tmp");
+  EXPECT_TRUE(Parse({"--region-binary", "/bin/true"})->region_binary_given);
+  EXPECT_EQ(Parse({"--release-programs", "/nowhere"}).status().message(),
+            "--release-programs /nowhere: no such folder");
+}
+
 TEST(OptionsTest, ListensEverywhereOnceOthersAreToReachIt) {
   EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3"})->bind_address, "0.0.0.0");
   EXPECT_EQ(Parse({"--advertise-address", "localhost"})->bind_address, "127.0.0.1");

@@ -182,7 +182,8 @@ bool Supervisor::Spawn(const WorkerKey& key, Worker& worker) {
   worker.record.set_first_port(port.value_or(0));
   if (!port) return false;
   ++worker.port_attempts;
-  actions_.push_back(SpawnWorker{key, *port, worker.order ? worker.order->max_players() : 0});
+  actions_.push_back(SpawnWorker{key, *port, worker.order ? worker.order->max_players() : 0,
+                                 worker.order ? worker.order->release() : ""});
   return true;
 }
 

@@ -57,6 +57,7 @@ struct SpawnWorker {  // answered by Spawned or SpawnFailed
   WorkerKey key;
   std::uint16_t first_port = 0;
   std::uint32_t max_players = 0;  // as its order says; 0: it does not
+  std::string release = {};       // likewise; empty: the agent's own
 };
 struct SignalWorker {
   WorkerKey key;

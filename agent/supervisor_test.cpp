@@ -252,6 +252,16 @@ TEST_F(SupervisorTest, PassesOnAWrittenCheckpointOnce) {
   EXPECT_EQ(uploads_[0].path, orders_[0].checkpoint().path());
 }
 
+// Also where it is started once more.
+TEST_F(SupervisorTest, AWorkerIsOfTheReleaseThatItsOrderNames) {
+  v1::WorkerOrder order = Order(1);
+  order.set_release("0.1.0");
+  Want({order, Order(2)});
+  EXPECT_THAT(releases_, ElementsAre("0.1.0", ""));
+  End(1, {.known = true, .code = kExitPortInUse});
+  EXPECT_THAT(releases_, ElementsAre("0.1.0", "", "0.1.0"));
+}
+
 TEST_F(SupervisorTest, PassesEachReportOnAtOnce) {
   Want({Order(1)});
   Attach(1);

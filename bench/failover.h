@@ -21,8 +21,12 @@
 // further censuses must be complete. A run of which any of that is not so within two minutes has failed, and is counted
 // as that.
 //
+// Players are processes of their own (player_seat.h). Before each strike their frames and the regions' ticks are
+// counted for two seconds: on a stage where more than one in twenty is late nothing is struck, and the run counts as
+// runs_stage_too_slow and as nothing else (stage_pace.h).
+//
 // gap_ms is what a player sees: from the last state of the dead regions' bodies by their old owners to the first by the
-// new ones, so it holds a snapshot's interval.
+// new ones, so it holds a snapshot's interval. gap_without_a_step_ms is the same gap as the regions see it.
 #pragma once
 
 #include "absl/status/status.h"

@@ -24,7 +24,7 @@ absl::Status StrikeWorkers(FailoverStage& stage, const std::vector<Worker>& vict
   std::set<RegionId> regions;
   for (const Worker& victim : victims) regions.insert(victim.region);
   const std::uint64_t before = stage.run().Latest().failovers();
-  stage.WatchRegions(regions);
+  stage.players().Watch(regions);
   if (absl::Status status = stage.PlayFor(kBeforeFault_s); !status.ok()) return status;
   using Clock = std::chrono::steady_clock;
   const auto struck_at = Clock::now();
@@ -34,7 +34,7 @@ absl::Status StrikeWorkers(FailoverStage& stage, const std::vector<Worker>& vict
     const v1::Instance instance = stage.run().Latest();
     const bool over = instance.failovers() > before && instance.state() == v1::INSTANCE_STATE_RUNNING;
     if (over && !over_at) over_at = Clock::now();
-    return over && stage.watch().found_most();
+    return over && stage.players().SawOthers();
   });
   if (!carried_on.ok()) return carried_on;
   const auto ms = [&](Clock::time_point at) {
@@ -42,10 +42,13 @@ absl::Status StrikeWorkers(FailoverStage& stage, const std::vector<Worker>& vict
   };
   std::cerr << fmt::format("failover: struck; over for the control plane after {:.0f} ms, for players after {:.0f}\n",
                            ms(*over_at), ms(Clock::now()));
-  outcome.gaps_ms.push_back(stage.watch().gap_s() * 1e3);
+  outcome.gaps_ms.push_back(stage.players().gap_s() * 1e3);
+  outcome.worst_gaps_ms.push_back(stage.players().worst_gap_s() * 1e3);
   const std::vector<Worker> workers = stage.Workers();
   outcome.age_ticks = std::max(outcome.age_ticks, HighestOf(workers, "tessera_region_promotion_age_ticks"));
   outcome.server_gaps_ms.push_back(1e3 * HighestOf(workers, "tessera_region_failover_gap_seconds"));
+  std::cerr << fmt::format("failover: gap of players {:.0f} ms, of the worst one {:.0f}, of regions {:.0f}\n",
+                           outcome.gaps_ms.back(), outcome.worst_gaps_ms.back(), outcome.server_gaps_ms.back());
   return absl::OkStatus();
 }
 
@@ -170,17 +173,38 @@ std::vector<Fault> AllFaults(const FailoverSize& size, local::HostNetwork* netwo
 namespace {
 
 constexpr double kMostFailed = 5;  // then what is wrong is not the chance of a run
+constexpr double kPaceSpan_s = 2;
+constexpr int kPaceTries = 5;  // a burst of other work on the machine passes
 
-// The world as it is, or a new one.
+// UNAVAILABLE: the stage is too slow to be struck.
+absl::Status AwaitPace(FailoverStage& stage, FailoverOutcome& outcome) {
+  StagePace pace;
+  for (int tries = 0; tries < kPaceTries; ++tries) {
+    const absl::StatusOr<StagePace> measured = stage.MeasurePace(kPaceSpan_s);
+    if (!measured.ok()) return measured.status();
+    pace = *measured;
+    if (!IsInTime(pace)) continue;
+    outcome.late_frames = std::max(outcome.late_frames, pace.late_frame_share());
+    outcome.late_ticks_before_strike = std::max(outcome.late_ticks_before_strike, pace.late_tick_share());
+    return absl::OkStatus();
+  }
+  return absl::UnavailableError(fmt::format("the stage is too slow: {:.0f} % of frames and {:.0f} % of ticks are late",
+                                            100 * pace.late_frame_share(), 100 * pace.late_tick_share()));
+}
+
+// The world as it is, or a new one. `too_slow`: the stage was, and nothing was struck.
 absl::Status StrikeOnce(const Fault& fault, const FailoverSize& size, std::uint32_t run,
-                        std::unique_ptr<FailoverStage>& stage, FailoverOutcome& outcome) {
+                        std::unique_ptr<FailoverStage>& stage, FailoverOutcome& outcome, bool& too_slow) {
   try {
     if (stage == nullptr) {
       local::RunOptions options = StageOptions(size);
       if (fault.prepare) fault.prepare(options);
-      stage = std::make_unique<FailoverStage>(options);
+      stage = std::make_unique<FailoverStage>(options, FailoverStage::Players::kProcesses);
     }
     absl::Status status = stage->PlayUntilWell();
+    if (status.ok()) status = AwaitPace(*stage, outcome);
+    too_slow = absl::IsUnavailable(status);
+    if (too_slow) return status;
     if (status.ok()) status = fault.strike(*stage, run, outcome);
     if (status.ok()) status = stage->PlayOn();
     stage->TakeCensus(outcome);
@@ -196,21 +220,30 @@ absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& repo
   using Clock = std::chrono::steady_clock;
   FailoverOutcome outcome;
   std::unique_ptr<FailoverStage> stage;
-  for (std::uint32_t run = 0; run < size.runs && outcome.runs_failed < kMostFailed; ++run) {
+  std::uint32_t run = 0;  // those that count
+  while (run < size.runs && outcome.runs_failed < kMostFailed && outcome.runs_too_slow < size.runs) {
     const auto begin = Clock::now();
-    const absl::Status status = StrikeOnce(fault, size, run, stage, outcome);
-    ++(status.ok() ? outcome.runs : outcome.runs_failed);
+    bool too_slow = false;
+    const absl::Status status = StrikeOnce(fault, size, run, stage, outcome, too_slow);
+    ++(too_slow ? outcome.runs_too_slow : status.ok() ? outcome.runs : outcome.runs_failed);
     std::cerr << fmt::format("failover: {} {} of {}: {:.0f} s{}{}, lost {}, doubled {}\n", fault.name, run + 1,
                              size.runs, std::chrono::duration<double>(Clock::now() - begin).count(),
                              outcome.gaps_ms.empty() ? "" : fmt::format(", gap {:.0f} ms", outcome.gaps_ms.back()),
-                             status.ok() ? "" : ", failed: " + std::string(status.message()), outcome.lost,
-                             outcome.duplicated);
-    if (!status.ok()) stage.reset();
+                             status.ok() ? ""
+                             : too_slow  ? ", does not count: " + std::string(status.message())
+                                         : ", failed: " + std::string(status.message()),
+                             outcome.lost, outcome.duplicated);
+    if (!status.ok() && !too_slow) stage.reset();
+    if (!too_slow) ++run;
     outcome.AddTo(fault.name, size, report);
     if (absl::Status saved = report.Save(); !saved.ok()) return saved;
   }
-  if (outcome.runs_failed < kMostFailed) return absl::OkStatus();
-  return absl::InternalError(fmt::format("{}: too many runs failed", fault.name));
+  if (outcome.runs_failed >= kMostFailed) {
+    return absl::InternalError(fmt::format("{}: too many runs failed", fault.name));
+  }
+  if (run >= size.runs) return absl::OkStatus();
+  return absl::UnavailableError(fmt::format("{}: the stage was too slow {} times; {} of {} runs count", fault.name,
+                                            outcome.runs_too_slow, run, size.runs));
 }
 
 }  // namespace tessera::bench

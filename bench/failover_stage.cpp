@@ -6,9 +6,13 @@
 #include <iostream>
 #include <map>
 #include <numeric>
+#include <optional>
+#include <utility>
 
+#include "bench/player_seat.h"
 #include "bench/scrape.h"
 #include "bench/statistics.h"
+#include "local_cluster/command_error.h"
 #include "telemetry/http_get.h"
 
 namespace tessera::bench {
@@ -20,6 +24,7 @@ constexpr std::chrono::seconds kStagePatience{120};
 constexpr std::uint64_t kCensusesAfter = 2;
 constexpr std::chrono::seconds kFollowed{1};
 constexpr std::chrono::seconds kPlacesApart{1};
+constexpr const char *kTicksMade = "tessera_region_ticks_total", *kTicksLate = "tessera_region_late_ticks_total";
 
 std::vector<double> SamplesOf(const std::vector<Worker>& workers, const std::string& name) {
   std::vector<double> values;
@@ -43,14 +48,48 @@ local::RunOptions StageOptions(const FailoverSize& size) {
           .capacity = 8};
 }
 
+namespace {
+
+local::RunOptions WithoutBots(local::RunOptions options) {
+  options.bots = 0;
+  options.players_elsewhere = true;
+  return options;
+}
+
+}  // namespace
+
+FailoverStage::FailoverStage(const local::RunOptions& options, Players players)
+    : run_(players == Players::kBots ? options : WithoutBots(options)), regions_(options.regions) {
+  if (players == Players::kProcesses) SeatPlayers(options.bots);
+}
+
+void FailoverStage::SeatPlayers(std::uint32_t count) {
+  auto players = PlayerProcesses::Start(SeatCommands(run_.cluster().control_address(), run_.instance_id(), count));
+  if (!players.ok()) throw local::CommandError(std::string(players.status().message()));
+  players_ = *std::move(players);
+  if (const absl::Status in = PlayUntil("all players are in", [&] { return players_->AllIn(); }); !in.ok()) {
+    throw local::CommandError(std::string(in.message()));
+  }
+  std::vector<BodyId> bodies;
+  bodies.reserve(count);
+  Tick tick;
+  for (const PlayerView* player : players_->views()) {
+    bodies.push_back(*player->body());
+    tick = std::max(tick, player->tick());
+  }
+  run_.ExpectPlayers(bodies, tick);
+}
+
 absl::Status FailoverStage::PlayUntil(const std::string& what, const std::function<bool()>& holds) {
+  absl::Status players;
   const auto look = [&] {
-    if (watch_) watch_->Look(Clock::now());
+    if (players_ != nullptr) players = players_->TakeIn(Clock::now());
     NotePlaces();
-    return holds();
+    return !players.ok() || holds();
   };
-  if (run_.PlayUntil(look, kStagePatience)) return absl::OkStatus();
-  std::string ended;
+  const bool in_time = run_.PlayUntil(look, kStagePatience);
+  if (in_time && players.ok()) return absl::OkStatus();
+  std::string ended = players.ok() ? "" : fmt::format("{}; ", std::string(players.message()));
   for (local::Bot* bot : run_.bots()) {
     if (bot->client().state() != client::ClientState::kEnded) continue;
     ended += fmt::format("{} ended: {}; ", bot->name(), bot->client().reason().ToString());
@@ -106,29 +145,59 @@ absl::Status FailoverStage::PlayOn() {
   return PlayUntil("further censuses", [&] { return counted() >= before + kCensusesAfter; });
 }
 
+absl::StatusOr<StagePace> FailoverStage::MeasurePace(double seconds) {
+  if (players_ == nullptr) return absl::InvalidArgumentError("bots have no frames of their own");
+  const std::vector<Worker> workers = Workers();
+  const FrameCount frames = players_->frames();
+  const double ticks = SumOf(workers, kTicksMade), late = SumOf(workers, kTicksLate);
+  if (absl::Status status = PlayFor(seconds); !status.ok()) return status;
+  const FrameCount after = players_->frames();
+  return StagePace{.frames = static_cast<double>(after.due - frames.due),
+                   .late_frames = static_cast<double>(after.late - frames.late),
+                   .ticks = SumOf(workers, kTicksMade) - ticks,
+                   .late_ticks = SumOf(workers, kTicksLate) - late};
+}
+
+void FailoverStage::NoteSeen(BodyId body, const SeenPlace& place) {
+  const auto [at, first] = seen_.try_emplace(body, place);
+  if (!first && place.tick >= at->second.tick) at->second = place;
+}
+
 void FailoverStage::NotePlaces() {
   if (Clock::now() < look_at_places_) return;
   look_at_places_ = Clock::now() + kPlacesApart;
   for (local::Bot* bot : run_.bots()) {
     for (const auto& [id, body] : bot->client().World()) {
-      const auto [at, first] = seen_.try_emplace(id, body);
-      if (!first && body.tick >= at->second.tick) at->second = body;
+      const Vec3d at = body.state.position;
+      NoteSeen(id, {body.tick, body.region, at.x, at.y, at.z, Length(body.state.linear_velocity)});
     }
   }
+  if (players_ == nullptr) return;
+  for (const PlayerView* player : players_->views()) {
+    for (const auto& [id, place] : player->sees()) NoteSeen(id, place);
+  }
+}
+
+std::set<BodyId> FailoverStage::SeenNow() {
+  std::set<BodyId> seen;
+  for (local::Bot* bot : run_.bots()) {
+    for (const auto& [id, body] : bot->client().World()) seen.insert(id);
+  }
+  if (players_ == nullptr) return seen;
+  for (const PlayerView* player : players_->views()) {
+    for (const auto& [id, place] : player->sees()) seen.insert(id);
+  }
+  return seen;
 }
 
 // Bodies that nobody sees any more: where they were last.
 void FailoverStage::TellMissing() {
-  const std::vector<local::Bot*> bots = run_.bots();
-  for (const auto& [body_id, body] : seen_) {
-    const BodyId id = body_id;
-    const auto sees = [&](local::Bot* bot) { return bot->client().World().contains(id); };
-    if (std::ranges::any_of(bots, sees)) continue;
-    const Vec3d at = body.state.position;
-    const Vec3f velocity = body.state.linear_velocity;
+  const std::set<BodyId> now = SeenNow();
+  for (const auto& [id, place] : seen_) {
+    if (now.contains(id)) continue;
     std::cerr << fmt::format(
         "failover: body {} was last seen in tick {} of region {} at {:.1f} {:.1f} {:.1f}, {:.1f} m/s\n", id.value(),
-        body.tick.value(), body.region.value(), at.x, at.y, at.z, Length(velocity));
+        place.tick.value(), place.region.value(), place.x, place.y, place.z, place.speed);
   }
 }
 
@@ -144,14 +213,15 @@ void FailoverStage::TakeCensus(FailoverOutcome& outcome) {
     add_new(static_cast<double>(found->duplicated), duplicated_, outcome.duplicated);
   }
   const std::vector<local::Bot*> bots = run_.bots();
-  const Rect ground = bots.front()->client().scene().ground();
+  const Rect ground = run_.scene().ground();
   outcome.beyond = static_cast<double>(std::ranges::count_if(seen_, [&](const auto& entry) {
-    const Vec3d at = entry.second.state.position;
+    const SeenPlace& at = entry.second;
     return at.x < ground.min_x || at.x > ground.max_x || at.z < ground.min_z || at.z > ground.max_z;
   }));
   const auto dropped = std::ranges::count_if(
       bots, [](local::Bot* bot) { return bot->client().state() != client::ClientState::kPlaying; });
-  add_new(static_cast<double>(dropped), dropped_, outcome.clients_dropped);
+  const std::size_t processes = players_ == nullptr ? 0 : players_->ended();
+  add_new(static_cast<double>(dropped) + static_cast<double>(processes), dropped_, outcome.clients_dropped);
 }
 
 std::vector<Worker> FailoverStage::Workers() {
@@ -227,12 +297,16 @@ void FailoverOutcome::AddTo(const std::string& fault, const FailoverSize& size, 
   add("players", size.bots, "1");
   add("runs", runs, "1");
   add("runs_failed", runs_failed, "1");
+  add("runs_stage_too_slow", runs_too_slow, "1");
+  add("late_frames_before_max", late_frames, "1");
+  add("late_ticks_before_max", late_ticks_before_strike, "1");
   TellKept("plaza", config, report);
   if (fault == "agent") add("workers_lost", workers_lost, "1");
   if (!late_ticks.empty()) TellLateTicks(config, report);
   if (gaps_ms.empty()) return;
   add("gap_ms_p50", Median(gaps_ms), "ms");
   add("gap_ms_max", std::ranges::max(gaps_ms), "ms");
+  add("gap_worst_player_ms_max", std::ranges::max(worst_gaps_ms), "ms");
   add("gap_without_a_step_ms_p50", Median(server_gaps_ms), "ms");
   add("gap_without_a_step_ms_max", std::ranges::max(server_gaps_ms), "ms");
   add("state_age_ticks_max", age_ticks, "1");

@@ -14,15 +14,16 @@
 #include <chrono>
 #include <functional>
 #include <map>
-#include <optional>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "bench/failover_watch.h"
+#include "absl/status/statusor.h"
+#include "bench/player_processes.h"
 #include "bench/report.h"
-#include "client_sdk/client.h"
+#include "bench/stage_pace.h"
 #include "local_cluster/world_run.h"
 
 namespace tessera::bench {
@@ -45,8 +46,10 @@ struct Worker {
 
 // Results of all runs of a fault.
 struct FailoverOutcome {
-  std::vector<double> gaps_ms, server_gaps_ms;
-  double runs = 0, runs_failed = 0;  // failed: not well again in time, or a player's client ended
+  std::vector<double> gaps_ms, worst_gaps_ms, server_gaps_ms;  // players' median, their worst; regions'
+  double runs = 0, runs_failed = 0;                      // failed: not well again in time, or a player's client ended
+  double runs_too_slow = 0;                              // the stage was, so nothing was struck; neither of the above
+  double late_frames = 0, late_ticks_before_strike = 0;  // the highest shares before strikes that count
   double lost = 0, duplicated = 0, age_ticks = 0, clients_dropped = 0, workers_lost = 0;
   double taken_out = 0;  // by their owners, as not finite or beyond limits: reported, and not lost
   double beyond = 0;     // outside the bounds of the scene in the end, where they go on as ever
@@ -68,7 +71,10 @@ local::RunOptions StageOptions(const FailoverSize& size);
 
 class FailoverStage {
  public:
-  explicit FailoverStage(const local::RunOptions& options) : run_(options), regions_(options.regions) {}
+  // Its players are bots of this process; or each plays in a process of its own (player_seat.h), of which this program
+  // has the command. CommandError: something cannot be started.
+  enum class Players { kBots, kProcesses };
+  explicit FailoverStage(const local::RunOptions& options, Players players = Players::kBots);
 
   // An error, with the state of the instance, when the world or a player ended or time is up.
   absl::Status PlayUntil(const std::string& what, const std::function<bool()>& holds);
@@ -76,6 +82,8 @@ class FailoverStage {
   // It runs with all its regions, as evenly on its hosts as they go, nothing is being changed, and for a second now
   // every region's standby has been following it on another host.
   absl::Status PlayUntilWell();
+  // For so long, on a stage on which nothing happens. INVALID_ARGUMENT: its players are bots.
+  absl::StatusOr<StagePace> MeasurePace(double seconds);
   // Until further censuses were complete.
   absl::Status PlayOn();
   // Adds what the world lost, doubled or dropped since the last time.
@@ -83,21 +91,22 @@ class FailoverStage {
 
   std::vector<Worker> Workers();
   std::vector<Worker> WorkersOn(std::size_t host);
-  void WatchRegions(const std::set<RegionId>& regions) { watch_.emplace(regions, run_.bots()); }
-  const GapWatch& watch() const { return *watch_; }
+  PlayerProcesses& players() { return *players_; }  // if they are processes
   local::WorldRun& run() { return run_; }
 
  private:
   bool IsWell();
-  // Gaps that players see.
+  void SeatPlayers(std::uint32_t count);
   void NotePlaces();
+  void NoteSeen(BodyId body, const SeenPlace& place);
+  std::set<BodyId> SeenNow();
   void TellMissing();
 
   local::WorldRun run_;
   std::uint32_t regions_;
-  std::optional<GapWatch> watch_;
+  std::unique_ptr<PlayerProcesses> players_;                        // null: bots
   double lost_ = 0, duplicated_ = 0, dropped_ = 0, taken_out_ = 0;  // as of the last census that was taken
-  std::map<BodyId, client::SeenBody> seen_;                         // as last seen by anybody
+  std::map<BodyId, SeenPlace> seen_;                                // as last seen by anybody
   std::chrono::steady_clock::time_point look_at_places_{};
 };
 

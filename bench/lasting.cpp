@@ -70,8 +70,10 @@ void AddVerdict(const LastingVerdict& verdict, Report& report) {
   const auto any = [](Kind) { return true; };
   AddSpans("leader_gap_ms", SpansOf(verdict.gaps, &LastingGap::leader_s, any), report);
   AddSpans("orphan_failover_ms", SpansOf(verdict.gaps, &LastingGap::orphan_s, any), report);
-  AddSpans("slow_store_gap_ms",
-           SpansOf(verdict.gaps, &LastingGap::failover_s, [](Kind kind) { return kind == Kind::kSlowStore; }), report);
+  const std::vector<double> slow_store =
+      SpansOf(verdict.gaps, &LastingGap::failover_s, [](Kind kind) { return kind == Kind::kSlowStore; });
+  AddSpans("slow_store_gap_ms", slow_store, report);
+  if (!slow_store.empty()) add("slow_store_gap_ms", std::ranges::max(slow_store), "ms");
   AddSpans("worker_gap_ms",
            SpansOf(verdict.gaps, &LastingGap::failover_s, [](Kind kind) { return kind == Kind::kKillWorker; }), report);
   Tell(verdict.not_well);

@@ -16,6 +16,7 @@
 #include "bench/lasting.h"
 #include "bench/lean.h"
 #include "bench/people.h"
+#include "bench/player_seat.h"
 #include "bench/report.h"
 #include "bench/sdk.h"
 #include "bench/snapshots.h"
@@ -120,11 +121,18 @@ int Main(int argc, char** argv) {
       command->add_option("--runs", options.runs, "How many faults strike, if not 52 (--quick: 13)");
     }
   }
+  // The suites start this program anew as a player.
+  PlayerSeat seat;
+  CLI::App* player = app.add_subcommand("player", "Play in a world")->group("");
+  player->add_option("control", seat.control)->required();
+  player->add_option("instance", seat.instance)->required();
+  player->add_option("seed", seat.seed)->required();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  if (app.got_subcommand(player)) return PlayInSeat(seat);
   for (const Suite& suite : kSuites) {
     if (app.got_subcommand(suite.name)) return Run(suite, options);
   }

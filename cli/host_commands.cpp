@@ -1,5 +1,6 @@
 // tessera host add | list | describe | drain | remove
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -115,6 +116,9 @@ void Describe(const Globals& globals, const HostOptions& options) {
     return;
   }
   std::cout << FormatTable({kHostHeader, HostRow(response.host())});
+  if (response.host().releases_size() > 1) {
+    std::cout << fmt::format("\nWorker programs of releases {}\n", fmt::join(response.host().releases(), ", "));
+  }
   if (!response.host().game_modules().empty()) std::cout << "\n" << ModuleTable(response.host());
   if (!response.host().unknown_workers().empty()) {
     std::vector<TableRow> unknown{{"UNKNOWN INSTANCE", "REGION"}};

@@ -131,6 +131,7 @@ std::string DescribeInstance(const v1::Instance& instance) {
       instance.map().version(), FormatAge(AgeSeconds(instance.create_time())), PaceLine(instance),
       instance.borders().ghost_depth(), instance.borders().whole_up_to(), instance.region_threads(),
       WorldLine(instance));
+  if (!instance.release().empty()) out.insert(out.find("Map: "), fmt::format("Release:  {}\n", instance.release()));
   return out + RegionTable(instance) + Health(instance);
 }
 

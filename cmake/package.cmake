@@ -41,7 +41,7 @@ tessera_package(tessera-control DEPENDS "${users}"
   CONTROL postinst prerm postrm)
 tessera_package(tessera-agent DEPENDS "${users}"
   TEXT "An agent, one on each host, starts a worker for each region of a world that is placed there, and looks after it."
-  CONTROL postinst prerm postrm)
+  CONTROL preinst postinst prerm postrm)
 tessera_package(tessera-gateway
   TEXT "A gateway serves a page that draws a world in 3D, its regions and what they cost, to any browser."
   CONTROL postinst prerm postrm)

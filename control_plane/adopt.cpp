@@ -138,6 +138,11 @@ void SetGame(const v1::WorkerOrder& newest, records::Instance& next) {
   next.mutable_games()->clear_next();
 }
 
+// It may have been upgraded since. Orders of a control plane that knew of no releases name none.
+void SetReleaseOf(const v1::WorkerOrder& newest, records::Instance& next) {
+  if (!newest.release().empty()) next.set_release(newest.release());
+}
+
 void SetLastPlayer(const v1::WorkerOrder& newest, records::Instance& next) {
   for (const v1::Player& player : newest.players()) next.set_last_player(std::max(next.last_player(), player.number()));
 }
@@ -172,6 +177,7 @@ records::Instance AdoptOrders(const records::Instance& old, std::span<const Held
   SetFailover(newest, orders, next);
   SetWanted(orders, next);
   SetGame(newest, next);
+  SetReleaseOf(newest, next);
   SetLastPlayer(newest, next);
   SetClock(newest, next);
   next.set_snapshot_rate_hz(newest.snapshot_rate_hz());

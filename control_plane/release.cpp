@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "absl/strings/numbers.h"
@@ -16,7 +17,7 @@ namespace {
 constexpr std::size_t kShownBytes = 40;
 
 struct Release {
-  int first = 0, second = 0;
+  int first = 0, second = 0, third = 0;  // third: 0 where it is no number
 };
 
 std::optional<Release> ReadRelease(std::string_view text) {
@@ -26,6 +27,7 @@ std::optional<Release> ReadRelease(std::string_view text) {
       !absl::SimpleAtoi(parts[1], &release.second) || release.first < 0 || release.second < 0) {
     return std::nullopt;
   }
+  if (!absl::SimpleAtoi(parts[2], &release.third)) release.third = 0;
   return release;
 }
 
@@ -48,6 +50,28 @@ absl::Status CheckRelease(std::string_view agents, std::string_view own) {
   return absl::FailedPreconditionError(absl::StrCat("hello.version: an agent of release ", shown,
                                                     " does not work with this control plane, ", std::string(own),
                                                     "; they may be one release apart: upgrade in steps"));
+}
+
+bool IsOlderRelease(std::string_view a, std::string_view b) {
+  const auto key = [](std::string_view text) {
+    const std::optional<Release> read = ReadRelease(text);
+    const Release release = read.value_or(Release{});
+    return std::tuple(read.has_value(), release.first, release.second, release.third, text);
+  };
+  return key(a) < key(b);
+}
+
+absl::Status CheckReleases(const google::protobuf::RepeatedPtrField<std::string>& releases) {
+  if (releases.size() > kMaxReleases) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("hello.releases: has ", releases.size(), " entries, at most ", kMaxReleases));
+  }
+  for (const std::string& release : releases) {
+    if (release.size() <= kShownBytes && ReadRelease(release)) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("hello.releases: \"", OneLine(release, kShownBytes), "\" is no release"));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::control

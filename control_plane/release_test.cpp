@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace tessera::control {
 namespace {
@@ -30,6 +32,29 @@ TEST(ReleaseTest, WhatIsNoReleaseIsSaidToBeNone) {
     EXPECT_EQ(CheckRelease(agent, "0.1.0").code(), absl::StatusCode::kInvalidArgument) << agent;
   }
   EXPECT_TRUE(CheckRelease("anything", "").ok());
+}
+
+TEST(ReleaseTest, AreOrderedByTheirNumbers) {
+  const std::vector<const char*> ascending{"anything", "0.1.0", "0.1.2", "0.1.10", "0.2.0", "0.10.0", "1.0.0", "2.0.0"};
+  for (std::size_t i = 0; i < ascending.size(); ++i) {
+    for (std::size_t j = 0; j < ascending.size(); ++j) {
+      EXPECT_EQ(IsOlderRelease(ascending[i], ascending[j]), i < j) << ascending[i] << " and " << ascending[j];
+    }
+  }
+}
+
+TEST(ReleaseTest, AHostListsAFewAndNothingElse) {
+  google::protobuf::RepeatedPtrField<std::string> releases;
+  EXPECT_TRUE(CheckReleases(releases).ok());
+  for (int i = 0; i < kMaxReleases; ++i) releases.Add("0." + std::to_string(i) + ".0");
+  EXPECT_TRUE(CheckReleases(releases).ok());
+  *releases.Mutable(3) = "../../bin";
+  EXPECT_EQ(CheckReleases(releases).message(), "hello.releases: \"../../bin\" is no release");
+  *releases.Mutable(3) = "0.3.0" + std::string(100, '0');
+  EXPECT_EQ(CheckReleases(releases).code(), absl::StatusCode::kInvalidArgument);
+  *releases.Mutable(3) = "0.3.0";
+  releases.Add("0.99.0");
+  EXPECT_EQ(CheckReleases(releases).message(), "hello.releases: has 17 entries, at most 16");
 }
 
 }  // namespace

@@ -47,7 +47,9 @@ std::string MakeFolder(const std::string& path) {
 }  // namespace
 
 LocalCluster::LocalCluster(const LocalClusterOptions& options)
-    : options_(options), log_dir_(MakeFolder(options.state_dir + "/logs")) {
+    : options_(options),
+      log_dir_(MakeFolder(options.state_dir + "/logs")),
+      agent_programs_(options.hosts, options.agent_programs) {
   // A socket would reach where the network is cut.
   if (options_.network != nullptr) options_.listen = options_.network->switch_address() + ":0";
   StartControl();
@@ -104,7 +106,7 @@ void LocalCluster::StartControl() {
   const std::string ready = options_.state_dir + "/control-ready.json";
   fs::remove(ready);
   const std::string state = MakeFolder(options_.state_dir + "/control");
-  std::vector<std::string> argv = {ProgramPath("tessera-control"),
+  std::vector<std::string> argv = {ProgramIn(options_.control_programs, "tessera-control"),
                                    "--metrics-listen",
                                    options_.metrics_listen,
                                    "--state-dir",
@@ -180,7 +182,7 @@ host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
   const std::string address = options_.network != nullptr ? options_.network->address(index) : "127.0.0.1";
   std::vector<std::string> argv;
   if (options_.network != nullptr) argv = options_.network->Enter(index);
-  argv.insert(argv.end(), {ProgramPath("tessera-agent"), "--control",
+  argv.insert(argv.end(), {ProgramIn(agent_programs_.at(index), "tessera-agent"), "--control",
                            options_.network != nullptr ? operators_address_ : control_address_, "--state-dir", state,
                            "--ready-file", ready, "--advertise-address", address, "--metrics-listen", address + ":0",
                            "--stop-workers"});
@@ -199,6 +201,9 @@ host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
   }
   if (!options_.region_binary.empty()) argv.insert(argv.end(), {"--region-binary", options_.region_binary});
   if (!options_.game_modules.empty()) argv.insert(argv.end(), {"--game-modules", options_.game_modules});
+  if (!options_.release_programs.empty() && agent_programs_.at(index).empty()) {
+    argv.insert(argv.end(), {"--release-programs", options_.release_programs});
+  }
   if (options_.capacity > 0) argv.insert(argv.end(), {"--capacity", std::to_string(options_.capacity)});
   const int first = options_.first_port + static_cast<int>(index) * 1000;
   argv.insert(argv.end(), {"--port-range", fmt::format("{}-{}", first, first + 999)});
@@ -232,6 +237,13 @@ std::vector<std::string> LocalCluster::Revive() {
   }
   if (gateway_ && has_ended(*gateway_, "tessera-gateway")) RestartGateway();
   return ended;
+}
+
+std::string ProgramIn(const std::string& folder, const std::string& name) {
+  if (folder.empty()) return ProgramPath(name);
+  std::error_code error;
+  if (!fs::exists(fs::path(folder) / name, error)) throw CommandError(fmt::format("no {} in {}", name, folder));
+  return (fs::path(folder) / name).string();
 }
 
 std::string ProgramPath(const std::string& name) {

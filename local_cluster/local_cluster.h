@@ -41,6 +41,11 @@ struct LocalClusterOptions {
   std::string visuals = {};                         // the gateway's folder of meshes to draw; empty: none
   std::string game_modules = {};                    // each agent's folder of native games; empty: none
   std::vector<std::string> control_arguments = {};  // further ones of the control plane's program
+  // Folders with the programs of another release: of the control plane, and of agents with their workers. Empty: those
+  // of this installation.
+  std::string control_programs = {}, agent_programs = {};
+  // Agents' folder of workers' programs by release, of those that are of this installation; empty: their default.
+  std::string release_programs = {};
 };
 
 class LocalCluster {
@@ -67,6 +72,9 @@ class LocalCluster {
   void RestartGateway();
   void KillAgent(std::size_t index);
   void RestartAgent(std::size_t index);
+  // From the next start on these programs are used, as after an installation of packages; as in the options.
+  void UseControlPrograms(const std::string& folder) { options_.control_programs = folder; }
+  void UseAgentPrograms(std::size_t index, const std::string& folder) { agent_programs_.at(index) = folder; }
   // Waits until a child ends, at most `timeout`: its name and end, e.g. "tessera-agent: killed by SIGKILL (Killed)".
   // Empty: all run.
   std::string WaitForDeath(std::chrono::milliseconds timeout);
@@ -83,10 +91,13 @@ class LocalCluster {
   std::string log_dir_, control_address_, operators_address_, players_address_, players_https_address_, http_address_,
       page_address_, page_key_, gateway_metrics_address_;
   std::optional<host::ChildProcess> control_;
+  std::vector<std::string> agent_programs_;  // by host
   std::vector<host::ChildProcess> agents_;
   std::optional<host::ChildProcess> gateway_;
 };
 
+// The program `name` in `folder`; in an empty one: ProgramPath. CommandError: it is not there.
+std::string ProgramIn(const std::string& folder, const std::string& name);
 // The program `name` of this installation: in TESSERA_BIN, in the bin folder next to the running one's, or beside it.
 std::string ProgramPath(const std::string& name);
 

@@ -37,6 +37,7 @@ std::vector<BodyId> DynamicBodies(const Scene& scene) {
 WorldRun::WorldRun(const RunOptions& options)
     : scene_(LoadScene(options.scene, options.bodies)),
       bots_come_back_(options.bots_come_back),
+      players_elsewhere_(options.players_elsewhere),
       conservation_(std::make_unique<Conservation>(DynamicBodies(*scene_.scene))) {
   cluster_ = std::make_unique<LocalCluster>(
       LocalClusterOptions{.state_dir = folder_.path(),
@@ -45,7 +46,10 @@ WorldRun::WorldRun(const RunOptions& options)
                           .workers_outlive_agents = options.workers_outlive_agents,
                           .network = options.network,
                           .page_listen = options.page_listen,
-                          .game_modules = options.game_modules});
+                          .game_modules = options.game_modules,
+                          .control_programs = options.control_programs,
+                          .agent_programs = options.agent_programs,
+                          .release_programs = options.release_programs});
   if (options.on_cluster) options.on_cluster(*cluster_);
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);
@@ -116,7 +120,7 @@ bool WorldRun::Frame() {
   for (const auto& bot : bots_) {
     if (!bot->Frame(Clock::now()) && !BringBack(*bot)) return false;
   }
-  if (!bots_expected_) ExpectBotBodies();
+  if (!bots_expected_ && !players_elsewhere_) ExpectBotBodies();
   const v1::InstanceState state = watch_->Latest().state();
   return state != v1::INSTANCE_STATE_FAILED && state != v1::INSTANCE_STATE_ENDED;
 }
@@ -156,6 +160,13 @@ void WorldRun::ExpectBotBodies() {
   for (const auto& bot : bots_) {
     conservation_->Expect(bot->client().own_body(), bot->client().tick().value() + scene_.scene->tick_rate_hz);
   }
+  bots_expected_ = true;
+}
+
+// As with bots' bodies, from a second later on.
+void WorldRun::ExpectPlayers(std::span<const BodyId> bodies, Tick tick) {
+  const std::lock_guard lock(mutex_);
+  for (const BodyId body : bodies) conservation_->Expect(body, tick.value() + scene_.scene->tick_rate_hz);
   bots_expected_ = true;
 }
 

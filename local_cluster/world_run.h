@@ -16,6 +16,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,13 +38,17 @@ struct RunOptions {
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies = std::nullopt;  // scattered ones, instead of the scene's own number
   std::uint32_t bots = 2;
-  bool bots_come_back = false;  // one that was thrown out joins again; otherwise the run is over
+  bool players_elsewhere = false;  // others will play: no census counts before ExpectPlayers
+  bool bots_come_back = false;     // one that was thrown out joins again; otherwise the run is over
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;            // regions a host; 0: all of them
   bool workers_outlive_agents = false;   // as in LocalClusterOptions
   const HostNetwork* network = nullptr;  // likewise
   std::string page_listen = {};          // likewise
   std::string game_modules = {};         // likewise
+  std::string control_programs = {};     // likewise
+  std::string agent_programs = {};       // likewise
+  std::string release_programs = {};     // likewise
   // Called when the cluster stands, before there is a world in it.
   std::function<void(const LocalCluster&)> on_cluster = {};
   // Further settings of the instance.
@@ -94,6 +99,9 @@ class WorldRun {
   Connection& connection() { return *connection_; }
   // Covers all complete censuses until now.
   std::optional<ConservationResult> conservation();
+  // With `players_elsewhere`: once, all of them. They have these bodies, and were there at `tick`.
+  void ExpectPlayers(std::span<const BodyId> bodies, Tick tick);
+  const Scene& scene() const { return *scene_.scene; }
   // The control plane was away: watches it anew.
   void WatchAnew();
   double ready_s() const { return ready_s_; }
@@ -126,14 +134,14 @@ class WorldRun {
   double ready_s_ = 0;
   std::chrono::steady_clock::time_point started_;
   std::vector<std::unique_ptr<Bot>> bots_;
-  bool bots_come_back_ = false;
+  bool bots_come_back_ = false, players_elsewhere_ = false;
   std::map<const Bot*, Refusals> refusals_;  // only bots that are out now
   std::uint64_t comebacks_ = 0;
 
   std::mutex mutex_;  // guards what follows: written by the watch's thread
   std::unique_ptr<Conservation> conservation_;
-  bool bots_expected_ = false;
-  bool ending_ = false;  // reports from now on do not count for the tick rate
+  bool bots_expected_ = false;  // the bodies of all players
+  bool ending_ = false;         // reports from now on do not count for the tick rate
   std::map<std::uint32_t, RegionProgress> progress_;
   std::unique_ptr<InstanceWatch> watch_;  // last: its thread ends first
 };

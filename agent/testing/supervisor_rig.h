@@ -79,6 +79,7 @@ class SupervisorTest : public ::testing::Test {
   }
   void Do(const SpawnWorker& a) {
     spawned_.push_back(a.first_port);
+    releases_.push_back(a.release);
     if (!spawn_error_.empty()) return supervisor_.SpawnFailed(a.key, spawn_error_);
     pids_[a.key] = ++last_pid_;
     supervisor_.Spawned(a.key, last_pid_, 7, "log", now_);
@@ -98,6 +99,7 @@ class SupervisorTest : public ::testing::Test {
   std::uint64_t revision_ = 0;
   pid_t last_pid_ = 1000;
   std::string spawn_error_;
+  std::vector<std::string> releases_;  // with which workers were spawned
   std::map<WorkerKey, pid_t> pids_;
   std::vector<std::uint16_t> spawned_;
   std::vector<int> signals_;

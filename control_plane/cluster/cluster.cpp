@@ -92,6 +92,9 @@ absl::Status Cluster::LoadParts(Now now) {
   DropRevokedAccess();
   if (absl::Status status = tickets_.Load(now); !status.ok()) return status;
   if (absl::Status status = GiveSeeds(); !status.ok()) return status;
+  if (!settings_.release.empty()) {
+    if (absl::Status status = GiveReleases(*state_); !status.ok()) return status;
+  }
   if (absl::Status status = visuals_.Load(); !status.ok()) return status;
   if (absl::Status status = game_events_.Load(); !status.ok()) return status;
   for (InstanceEntry& instance : state_->EachInstance()) game_events_.NoteRestore(instance, now);
@@ -162,10 +165,12 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
   }
   const auto needs = NeedsOfPlan(*state_, plan);
   if (!needs.ok()) return needs.status();
-  const auto placed = PlaceAnew(*state_, plan.map, *needs, nullptr, settings_.failover_after, now);
+  const auto placed =
+      PlaceBeginning(*state_, plan.map, *needs, nullptr, ReleaseChoice::kCommon, settings_.failover_after, now);
   if (absl::IsFailedPrecondition(placed.status())) return ModuleError(plan, placed.status());
   if (!placed.ok()) return placed.status();
-  records::Instance record = NewInstance(plan, *placed, now);
+  records::Instance record = NewInstance(plan, placed->placed, now);
+  record.set_release(placed->release);
   if (plan.game_native) record.set_game_hash(needs->build);
   if (plan.movement) record.mutable_movement()->set_hash(needs->build);
   if (validate_only) {
@@ -374,7 +379,7 @@ absl::Status Cluster::CheckFetch(const v1::FetchStateRequest& request) const {
 
 // The workers of before are in no desired set any more, and end.
 absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, const records::Manifest& manifest,
-                                              const Contents& contents, bool validate_only) {
+                                              const Contents& contents, bool validate_only, ReleaseChoice release) {
   InstanceEntry* instance = state_->FindInstance(id);
   if (instance == nullptr) return NoInstance("id", id);
   const v1::InstanceState state = instance->record.state();
@@ -384,10 +389,12 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   }
   const auto map = FromProto(manifest.map());
   if (!map.ok()) return map.status();
-  const auto placed = PlaceAnew(*state_, *map, NeedsOf(instance->record), instance, settings_.failover_after, now);
+  const auto placed =
+      PlaceBeginning(*state_, *map, NeedsOf(instance->record), instance, release, settings_.failover_after, now);
   if (!placed.ok()) return placed.status();
   if (validate_only) return ViewOf(*state_, *instance);
-  const records::Instance next = checkpoints_.Restored(*instance, manifest, *placed, now);
+  records::Instance next = checkpoints_.Restored(*instance, manifest, placed->placed, now);
+  SetRelease(placed->release, now, next);
   if (IsFinal(state)) {
     if (absl::Status status = state_->ReuseContents(next, contents); !status.ok()) return status;
   }
@@ -400,50 +407,6 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   instances_.Entered(*instance, state, now);
   reconciler_.Reconcile(now, *instance);
   return ViewOf(*state_, *instance);
-}
-
-absl::StatusOr<v1::Instance> Cluster::BeginUpgrade(Now now, const std::string& id, bool validate_only) {
-  const auto found = FindRunning(*state_, id);
-  if (!found.ok()) return found.status();
-  auto begun = Ask(now, **found, Upgrades::Begin(**found, now), validate_only);
-  if (begun.ok() && !validate_only) upgrades_.Begun((*found)->number);
-  return begun;
-}
-
-absl::StatusOr<std::optional<std::uint64_t>> Cluster::UpgradeTick(const std::string& id) const {
-  const InstanceEntry* instance = state().FindInstance(id);
-  if (instance == nullptr) return NoInstance("id", id);
-  if (!instance->record.has_upgrade() || instance->record.state() != v1::INSTANCE_STATE_RUNNING) {
-    return absl::FailedPreconditionError(absl::StrCat("id: ", id, " is not being upgraded any more"));
-  }
-  return Upgrades::Tick(*instance);
-}
-
-absl::StatusOr<v1::Instance> Cluster::FinishUpgrade(Now now, const std::string& id, const records::Manifest& manifest,
-                                                    const Contents& contents) {
-  if (const auto tick = UpgradeTick(id); !tick.ok()) return tick.status();
-  InstanceEntry& instance = *state_->FindInstance(id);
-  const auto next = upgrades_.End(instance, absl::StrCat("upgraded: begins anew after tick ", manifest.tick()), now);
-  // Workers hear of both at once: no tick is made between them.
-  if (absl::Status status = state_->StoreInstance(instance, *next); !status.ok()) return status;
-  auto restored = Restore(now, id, manifest, contents, false);
-  if (!restored.ok()) {
-    state_->MarkOrders(instance);
-    state_->MarkChanged(instance);
-    reconciler_.Reconcile(now, instance);
-  }
-  return restored;
-}
-
-absl::Status Cluster::EndUpgrade(Now now, const std::string& id, const std::string& why) {
-  InstanceEntry* instance = state_->FindInstance(id);
-  if (instance == nullptr) return absl::OkStatus();
-  return StoreUpgradeEnd(now, *instance, upgrades_.End(*instance, why, now));
-}
-
-absl::Status Cluster::StoreUpgradeEnd(Now now, InstanceEntry& instance, const std::optional<records::Instance>& next) {
-  if (!next) return absl::OkStatus();
-  return Ask(now, instance, next, false).status();
 }
 
 std::optional<std::uint64_t> Cluster::RestoreWantedBefore(const std::string& id) const {

@@ -49,6 +49,7 @@
 #include "control_plane/cluster/upgrades.h"
 #include "control_plane/cluster/visuals.h"
 #include "control_plane/cluster/worker_reports.h"
+#include "control_plane/cluster/world_releases.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/instance_plan.h"
 #include "control_plane/now.h"
@@ -155,9 +156,10 @@ class Cluster {
   std::optional<records::Manifest> NoteUploaded(const v1::UploadCheckpointRequest& request);
   void NoteCheckpoint(Now now, const std::string& id, const records::Manifest& manifest, std::uint64_t size);
   absl::Status CheckFetch(const v1::FetchStateRequest& request) const;
-  // All workers start again, from the checkpoint.
+  // All workers start again, from the checkpoint, with programs of the release that is chosen.
   absl::StatusOr<v1::Instance> Restore(Now now, const std::string& id, const records::Manifest& manifest,
-                                       const Contents& contents, bool validate_only);
+                                       const Contents& contents, bool validate_only,
+                                       ReleaseChoice release = ReleaseChoice::kKept);
   // While the instance cannot go on but from a checkpoint: it is to be older than this tick; 0: any is fine.
   std::optional<std::uint64_t> RestoreWantedBefore(const std::string& id) const;
   // It cannot be restored now, and is tried again.

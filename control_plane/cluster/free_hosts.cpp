@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "control_plane/cluster/hosts.h"
+#include "control_plane/cluster/world_releases.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/one_line.h"
 #include "core/game/native_name.h"
@@ -22,8 +23,11 @@ const v1::GameModule* ModuleOf(const HostEntry& host, const std::string& name) {
   return found == modules.end() ? nullptr : &*found;
 }
 
-// Why no such region can run on the host; empty: it has the native game, or none is needed.
+// Why no such region can run on the host; empty: it has the release's programs and the native game, or needs none.
 std::string LackOf(const HostEntry& host, const RegionNeeds& needs) {
+  if (!HasRelease(host.record, needs.release)) {
+    return absl::StrCat("has release ", absl::StrJoin(ReleasesOf(host.record), ", "));
+  }
   if (needs.module.empty()) return "";
   const v1::GameModule* module = ModuleOf(host, needs.module);
   if (module == nullptr) return "has no such game module";
@@ -32,6 +36,14 @@ std::string LackOf(const HostEntry& host, const RegionNeeds& needs) {
   if (!needs.movement && module->no_game()) return "it has a movement alone, and is no game";
   if (needs.build.empty() || module->hash() == needs.build) return "";
   return absl::StrCat("has build ", module->hash().substr(0, 8));
+}
+
+// "native:arena@1a2b3c4d and release 0.2.0": the needs that a host may lack.
+std::string TextOf(const RegionNeeds& needs) {
+  const std::string release = needs.release.empty() ? "" : "release " + needs.release;
+  if (needs.module.empty()) return release;
+  const std::string game = game::NativeGameText(needs.module, needs.build);
+  return release.empty() ? game : absl::StrCat(game, " and ", release);
 }
 
 // "alpha (has no such game module), beta (has build 1a2b3c4d)", of those that take regions.
@@ -51,7 +63,7 @@ std::string LackingHosts(const ClusterState& state, const RegionNeeds& needs) {
 absl::Status NobodyHas(const ClusterState& state, const RegionNeeds& needs) {
   const std::string lacking = LackingHosts(state, needs);
   return absl::FailedPreconditionError(
-      OneLine(absl::StrCat("no host that takes regions has ", game::NativeGameText(needs.module, needs.build),
+      OneLine(absl::StrCat("no host that takes regions has ", TextOf(needs),
                            lacking.empty() ? "; no host is ready" : absl::StrCat(": ", lacking)),
               kMaxReasonBytes));
 }
@@ -59,7 +71,7 @@ absl::Status NobodyHas(const ClusterState& state, const RegionNeeds& needs) {
 }  // namespace
 
 RegionNeeds NeedsOf(const records::Instance& record) {
-  RegionNeeds needs{.threads = RegionThreadsOf(record)};
+  RegionNeeds needs{.threads = RegionThreadsOf(record), .release = record.release()};
   if (record.game_native()) {
     needs.module = record.game_name();
     needs.build = record.game_hash();
@@ -108,9 +120,8 @@ absl::StatusOr<PlacementPlan> PlaceAnew(const ClusterState& state, const Partiti
 absl::Status NamingLackingHosts(const ClusterState& state, const RegionNeeds& needs, const absl::Status& status) {
   const std::string lacking = LackingHosts(state, needs);
   if (lacking.empty()) return status;
-  return {status.code(), OneLine(absl::StrCat(status.message(), "; without ",
-                                              game::NativeGameText(needs.module, needs.build), ": ", lacking),
-                                 kMaxReasonBytes)};
+  return {status.code(),
+          OneLine(absl::StrCat(status.message(), "; without ", TextOf(needs), ": ", lacking), kMaxReasonBytes)};
 }
 
 absl::StatusOr<std::string> BuildOfModule(const ClusterState& state, const RegionNeeds& needs) {

@@ -14,14 +14,16 @@ namespace tessera::control {
 // The needs that a region has of its host.
 struct RegionNeeds {
   std::uint32_t threads = 1;
-  std::string module = {};  // a native game that the host must have, or a library with a movement; empty: none
-  std::string build = {};   // its hash; empty: any
-  bool movement = false;    // for its movement, and not for its game
+  std::string module = {};   // a native game that the host must have, or a library with a movement; empty: none
+  std::string build = {};    // its hash; empty: any
+  bool movement = false;     // for its movement, and not for its game
+  std::string release = {};  // the worker's program is of this one; empty: any
 };
 RegionNeeds NeedsOf(const records::Instance& record);
 
 // Hosts that take regions, with the number of such regions that each has room for: every thread takes a place. Hosts
-// without the native game are left out. Places of `without`, if given, count as free.
+// without the native game or without programs of the release are left out. Places of `without`, if given, count as
+// free.
 std::vector<FreeHost> FreeHosts(const ClusterState& state, const RegionNeeds& needs, const InstanceEntry* without);
 
 // Those of them that were heard within `silence`: what is placed on a host that has just died waits in vain until the
@@ -35,8 +37,8 @@ std::vector<FreeHost> HeardHosts(const ClusterState& state, const RegionNeeds& n
 absl::StatusOr<PlacementPlan> PlaceAnew(const ClusterState& state, const PartitionMap& map, const RegionNeeds& needs,
                                         const InstanceEntry* without, Steady silence, Now now);
 
-// `status`, with the hosts that take regions and lack the native game: "...; without native:arena@1a2b3c4d: beta (has
-// no such game module)".
+// `status`, with the hosts that take regions and lack the native game or programs of the release: "...; without
+// native:arena@1a2b3c4d: beta (has no such game module)".
 absl::Status NamingLackingHosts(const ClusterState& state, const RegionNeeds& needs, const absl::Status& status);
 
 // The build of the needed library that all hosts have that take regions and can run it. FAILED_PRECONDITION names the

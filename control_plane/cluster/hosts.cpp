@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/host_rights.h"
+#include "control_plane/cluster/world_releases.h"
 #include "control_plane/host_serial.h"
 #include "control_plane/one_line.h"
 #include "control_plane/release.h"
@@ -64,6 +65,7 @@ absl::Status CheckSizes(const v1::AgentHello& hello) {
 absl::Status CheckHello(const v1::AgentHello& hello) {
   if (absl::Status status = CheckSizes(hello); !status.ok()) return status;
   if (absl::Status status = CheckModules("hello", hello.game_modules()); !status.ok()) return status;
+  if (absl::Status status = CheckReleases(hello.releases()); !status.ok()) return status;
   const std::string& address = hello.advertise_address();
   const auto has_only = [](const std::string& text, const char* more) {
     return std::all_of(text.begin(), text.end(), [more](char c) {
@@ -213,6 +215,7 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now, con
   next.set_version(hello.version());
   next.set_boot_id(hello.boot_id());
   *next.mutable_game_modules() = hello.game_modules();
+  *next.mutable_releases() = hello.releases();
   if (!hello.join_token().empty()) {
     admission.admitted.set_host_secret(MakeHostSecret(random_));
     next.set_secret_hash(HashSecret(admission.admitted.host_secret()));
@@ -329,6 +332,7 @@ v1::Host ViewOf(const HostEntry& host) {
   view.set_metrics_port(host.record.metrics_port());
   view.set_max_regions(MaxRegionsOf(host));
   *view.mutable_game_modules() = host.record.game_modules().modules();
+  for (const std::string& release : ReleasesOf(host.record)) view.add_releases(release);
   for (const v1::WorkerOrder& unknown : host.record.unknown_workers()) {
     v1::WorkerIdentity& identity = *view.add_unknown_workers();
     identity.set_instance_id(unknown.instance_id());

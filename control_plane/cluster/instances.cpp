@@ -11,6 +11,7 @@
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/instance_players.h"
 #include "control_plane/cluster/views.h"
+#include "control_plane/cluster/world_releases.h"
 #include "control_plane/failover.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/one_line.h"
@@ -84,7 +85,8 @@ std::optional<records::Instance> Instances::NextPlaced(const InstanceEntry& inst
       });
   records::Instance next = record;
   if (!usable) {
-    const auto placed = PlaceAnew(state_, instance.map, NeedsOf(record), &instance, settings_.failover_after, now);
+    const auto placed = PlaceBeginning(state_, instance.map, NeedsOf(record), &instance, ReleaseChoice::kCommon,
+                                       settings_.failover_after, now);
     if (!placed.ok()) {
       const bool late = now.steady - instance.state_since >= settings_.start_timeout;
       if (!late && record.reason() == placed.status().message()) return std::nullopt;
@@ -95,7 +97,8 @@ std::optional<records::Instance> Instances::NextPlaced(const InstanceEntry& inst
       next.set_reason(std::string(placed.status().message()));
       return next;
     }
-    next = PlacedAnew(record, *placed);
+    next = PlacedAnew(record, placed->placed);
+    SetRelease(placed->release, now, next);
   }
   next.set_state(v1::INSTANCE_STATE_STARTING);
   next.clear_reason();

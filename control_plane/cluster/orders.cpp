@@ -66,6 +66,7 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   order.set_game_native(record.game_native());
   order.set_movement_name(record.movement().name());
   order.set_movement_hash(record.movement().hash());
+  order.set_release(record.release());
   *order.mutable_map() = record.map();
   const net::VerificationKey& key = instance.key.verification_key();
   order.set_instance_key(key.data(), key.size());

@@ -176,6 +176,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_regions(static_cast<std::uint32_t>(record.placements_size()));
   view.set_expected_players(record.expected_players());
   view.set_max_players(MaxPlayersOf(record));
+  view.set_release(record.release());
   view.set_players(static_cast<std::uint32_t>(instance.players.present()));
   view.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *view.mutable_borders() = record.borders();

@@ -71,6 +71,8 @@ void ClusterHarness::Attach(FakeHost& agent) {
   hello.set_host_id(agent.host_id);
   hello.set_host_secret(agent.secret);
   hello.set_revocations_number(KeptBy(agent));
+  hello.set_version(agent.version);
+  *hello.mutable_releases() = {agent.releases.begin(), agent.releases.end()};
   for (const auto& [key, worker] : agent.fake.workers) *hello.add_workers() = worker.report;
   const auto admission = cluster().HandleHello(now, hello);
   // One that was revoked is left alone from then on.

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "control_plane/cluster/cluster.h"
 #include "control_plane/cluster/queries.h"
@@ -20,8 +21,10 @@ namespace tessera::control {
 struct FakeHost {
   std::string host_id, secret;
   std::uint32_t capacity = 0;
-  StreamId stream = 0;  // 0: not attached
-  bool silent = false;  // sends nothing and hears nothing
+  StreamId stream = 0;                // 0: not attached
+  bool silent = false;                // sends nothing and hears nothing
+  std::string version;                // its agent's, from the next time that it attaches
+  std::vector<std::string> releases;  // likewise: of which it says that it has the worker's program
   // The list of revocations on its disk, and whether that takes a newer one.
   v1::SignedRevocations revocations;
   bool keeps_revocations = true;

@@ -134,5 +134,38 @@ TEST_F(DevTest, IncludesOfARoomAboveAreFound) {
   EXPECT_TRUE(tests.Wait().Clean()) << tests.Output();
 }
 
+TEST_F(DevTest, SkewTriesTheProgramsOfTheReleaseThatTheChangelogNames) {
+  std::filesystem::create_directories(Path("build/dev"));
+  std::ofstream(Path("build/dev/CMakeCache.txt")) << "TESSERA_SLOWNESS:STRING=1\n";
+  std::ofstream(Path("build/dev/build.ninja"));
+  std::ofstream(Path("CHANGELOG.md"))
+      << "## [Unreleased]\n\nCommit 99: none yet\n\n## [0.7.0] - 2031-01-01\n\nCommit abc7: "
+         "it\n\n## [0.6.0] - 2030-01-01\n\nCommit abc6: it\n";
+  Fake("bin/dpkg-query", "printf installed");
+  Fake("bin/cmake", "");
+  Fake("bin/ctest", "echo \"with $TESSERA_OTHER_RELEASE\" >>'" + Path("calls") + "'");
+  Fake("old-dev", "");
+  Fake("bin/git", R"(
+case "$*" in
+  "worktree add "*) mkdir -p "$5"; cp old-dev "$5/dev" ;;
+  *rev-parse*) echo abc7 ;;
+esac)");
+  host::WatchedProgram skew({"/usr/bin/env", "PATH=" + Path("bin") + ":/usr/bin:/bin", "TESSERA_SLOWNESS=1",
+                             "/bin/bash", Path("dev"), "skew", "--repeat", "until-fail:2"});
+  EXPECT_TRUE(skew.Wait().Clean()) << skew.Output();
+  const std::string calls = Calls();
+  EXPECT_THAT(calls, HasSubstr("git worktree add --quiet --detach build/skew/0.7.0 abc7\n"));
+  EXPECT_THAT(calls, HasSubstr("old-dev build release bin/tessera bin/tessera-control bin/tessera-agent"));
+  EXPECT_THAT(calls, HasSubstr("-R ^end_to_end_skew_test$ --repeat until-fail:2\n"));
+  EXPECT_THAT(calls, HasSubstr("with " + Path("build/skew/0.7.0/build/release/bin") + "\n"));
+}
+
+TEST_F(DevTest, SkewWithoutAReleaseSaysWhatIsMissing) {
+  std::ofstream(Path("CHANGELOG.md")) << "## [Unreleased]\n";
+  host::WatchedProgram skew({"/bin/bash", Path("dev"), "skew"});
+  EXPECT_EQ(skew.Wait().code, 1);
+  EXPECT_THAT(skew.Output(), HasSubstr("CHANGELOG.md names no release with its commit"));
+}
+
 }  // namespace
 }  // namespace tessera::programs
