@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <iterator>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "bench/soak_figures.h"
 #include "bench/soak_stage.h"
@@ -102,9 +104,8 @@ absl::Status TellSoak(const SoakStage& stage, double run_s, double minutes, Repo
   const SoakFigures figures = FiguresOf(all, stage.meter().steps(), run_s);
   const SoakCounts& counts = stage.counts();
   std::cerr << fmt::format(
-      "soak: minute {:.0f} of {:g}: {} turns, {} deaths, {} scales, {} joins, {} failed, {} lost; memory {}, workers "
-      "{} "
-      "an hour, p99 of a step {}{}\n",
+      "soak: minute {:.0f} of {:g}: {} turns, {} deaths, {} scales, {} joins, {} failed, {} lost; "
+      "memory {}, workers {} an hour, p99 of a step {}{}\n",
       run_s / 60, minutes, counts.turns, counts.deaths, counts.scales, stage.joins(), counts.failed, counts.lost,
       Percent(figures.memory_growth()), Percent(figures.worker_memory_slope),
       figures.step_p99_ratio ? fmt::format("{:.2f} x", *figures.step_p99_ratio) : "not known yet", NewestOf(all));
