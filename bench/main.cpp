@@ -20,6 +20,7 @@
 #include "bench/report.h"
 #include "bench/sdk.h"
 #include "bench/snapshots.h"
+#include "bench/soak.h"
 #include "bench/speed.h"
 #include "bench/stability.h"
 #include "bench/suite.h"
@@ -67,6 +68,10 @@ constexpr Suite kSuites[] = {
      "cut-leader-with-host, kill-store, stop-store, kill-worker, kill-agent, freeze-host, cut-host, orphan, "
      "slow-store, full-store, full-disk, restored, upgrade or takeover",
      RunLastingSuite},
+    {"soak",
+     "An hour at full load with scalings, deaths and joins in turns: growth of memory and handles, and how long steps "
+     "take at the end against the beginning",
+     RunSoak},
     {"people",
      "What it costs to show a world to people: gateway, viewers, page and swarm. About 20 minutes; --only takes ready, "
      "viewers, slow, gap, swarm or page",
@@ -116,6 +121,10 @@ int Main(int argc, char** argv) {
     }
     if (suite.run == RunFailover) {
       command->add_option("--runs", options.runs, "How often each fault strikes, if not 20 times (--quick: twice)");
+    }
+    if (suite.run == RunSoak) {
+      command->add_option("--minutes", options.minutes, "How long it runs, if not 60 minutes (--quick: 2)")
+          ->check(CLI::Range(0.5, 10'000.0));
     }
     if (suite.run == RunLastingSuite) {
       command->add_option("--runs", options.runs, "How many faults strike, if not 52 (--quick: 13)");
