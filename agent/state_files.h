@@ -47,7 +47,7 @@ class StateFiles {
     FetchState wanted;
     bool under_way = false;
     TimePoint since = Clock::now();
-    std::string failure{};  // of the last call
+    std::string failure{};  // the last call's
   };
   std::map<WorkerKey, Missing> missing_;
   bool logs_progress_ = false;  // a timer will

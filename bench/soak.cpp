@@ -77,7 +77,7 @@ void AddFigures(const SoakFigures& figures, const SoakSteps& steps, Report& repo
   }
 }
 
-// What each process holds now, in a line.
+// Each process with all that it holds now, in a line.
 std::string NewestOf(const std::vector<SoakSeries>& all) {
   std::string text;
   double newest_s = 0, workers = 0, memory_bytes = 0, descriptors = 0;

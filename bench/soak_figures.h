@@ -12,12 +12,12 @@
 namespace tessera::bench {
 
 struct SoakFigures {
-  // Of each process that lived throughout, by its name: the change from the early window to the late one.
+  // For each process that lived throughout, by its name: the change from the early window to the late one.
   struct Growth {
     std::optional<SoakChange> memory, descriptors, threads;
   };
   std::map<std::string, Growth> throughout;
-  // Of workers, against their age: the median over all that were old enough, an hour. Memory as a share.
+  // Workers against their age: the median over all that were old enough, an hour. Memory as a share.
   std::optional<double> worker_memory_slope, worker_descriptors_slope;
   double workers_measured = 0;
   std::optional<double> step_p99_ratio;
@@ -25,7 +25,7 @@ struct SoakFigures {
 
   // Largest of the processes that are no workers; nothing if none lived throughout.
   std::optional<double> memory_growth() const;
-  // Of descriptors and of threads alike.
+  // Descriptors and threads alike.
   std::optional<double> handles_growth() const;
 };
 

@@ -6,7 +6,7 @@
 //   for (const SoakTurn& turn : turns) if (status.ok()) status = stage.Take(turn);
 //   stage.End();
 //
-// What a function returns: CANCELLED when a signal asks for the end, ABORTED when the world is over, DEADLINE_EXCEEDED
+// Errors of all functions: CANCELLED when a signal asks for the end, ABORTED when the world is over, DEADLINE_EXCEEDED
 // when what is waited for does not come within two minutes. Destruction ends all processes that it started.
 // Thread rule: one thread.
 #pragma once
@@ -31,7 +31,7 @@ namespace tessera::bench {
 
 struct SoakSize {
   std::uint32_t bodies = 2000;
-  std::size_t groups = 8;  // of players, SoakPlayers::kInGroup each
+  std::size_t groups = 8;  // each has SoakPlayers::kInGroup players
   double interval_s = 10;  // between two samples
 };
 

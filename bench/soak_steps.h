@@ -23,13 +23,13 @@ namespace tessera::bench {
 
 class SoakSteps {
  public:
-  // What `worker` has counted since it was last taken, or since its start, happened under `load`.
+  // All that `worker` has counted since it was last taken, or since its start, happened under `load`.
   void Take(const std::string& worker, const Samples& page, int load);
   // All workers were taken. Moments ascend.
   void Mark(double at_s);
 
-  // Of all steps between the last mark at or before `begin_s` and the last one at or before `end_s`, s; nothing with
-  // fewer than 1000, of which the slowest hundredth would be chance.
+  // Covers all steps between the last mark at or before `begin_s` and the last one at or before `end_s`, s; nothing
+  // with fewer than 1000, of which the slowest hundredth would be chance.
   std::optional<double> P99(int load, double begin_s, double end_s) const;
   std::set<int> loads() const;
   // The late window's by the early one's, under the load for which it is the largest.

@@ -1,4 +1,4 @@
-// What decides whether a long run grew: windows, like against like, slopes, and the turns that are drawn.
+// The judgement whether a long run grew: windows, like against like, slopes, and the turns that are drawn.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -177,7 +177,7 @@ TEST(SoakFiguresTest, ProcessesThatLiveThroughoutAndWorkersAreKeptApart) {
   EXPECT_THAT(figures.handles_growth(), Optional(DoubleNear(0, 1e-12)));
   EXPECT_EQ(figures.workers_measured, 2);
   ASSERT_TRUE(figures.worker_memory_slope.has_value());
-  EXPECT_GT(*figures.worker_memory_slope, 0.1);  // of .5 or so and 0
+  EXPECT_GT(*figures.worker_memory_slope, 0.1);  // the median of .5 or so and 0
   EXPECT_LT(*figures.worker_memory_slope, 0.4);
   EXPECT_EQ(figures.step_p99_ratio, std::nullopt);
 }

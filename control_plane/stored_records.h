@@ -90,7 +90,7 @@ struct StoredRecords {
   std::map<std::string, StoredContent> contents;           // by key
   std::vector<std::string> stray_pieces;                   // keys of pieces that no scene's record names
   std::map<std::uint64_t, StoredPlayers> players;          // by the instance's number; none where it has none
-  std::vector<StoreEntry> unreadable;  // of hosts, instances and players; none of the above has them
+  std::vector<StoreEntry> unreadable;  // records of hosts, instances and players; none of the above has them
 };
 
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store);

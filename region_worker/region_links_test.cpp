@@ -20,24 +20,24 @@
 namespace tessera::worker {
 namespace {
 
-constexpr TimePoint kStart = TimePoint(std::chrono::hours(1));
+constexpr TimePoint kLinksStart = TimePoint(std::chrono::hours(1));
 constexpr char kWorld[] = "inst-1";
 constexpr RegionId kNeighbour{1}, kOwn{2};
 
 TEST(LinkBudgetTest, MessagesAndBytesHaveARateAndABurst) {
   const LinkLimits limits{.messages = {.per_s = 10, .burst = 3}, .bytes = {.per_s = 100, .burst = 1000}};
   LinkBudget budget;
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(budget.Take(kStart, limits, 1));
-  EXPECT_FALSE(budget.Take(kStart, limits, 1));
-  EXPECT_TRUE(budget.Take(kStart + std::chrono::milliseconds(101), limits, 900));
-  EXPECT_FALSE(budget.Take(kStart + std::chrono::seconds(1), limits, 900)) << "bytes come back slower";
-  EXPECT_TRUE(budget.Take(kStart + std::chrono::seconds(10), limits, 900));
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(budget.Take(kLinksStart, limits, 1));
+  EXPECT_FALSE(budget.Take(kLinksStart, limits, 1));
+  EXPECT_TRUE(budget.Take(kLinksStart + std::chrono::milliseconds(101), limits, 900));
+  EXPECT_FALSE(budget.Take(kLinksStart + std::chrono::seconds(1), limits, 900)) << "bytes come back slower";
+  EXPECT_TRUE(budget.Take(kLinksStart + std::chrono::seconds(10), limits, 900));
 }
 
 TEST(LinkBudgetTest, ABusyNeighbourStaysBelow) {
   const LinkLimits limits;
   LinkBudget budget;
-  TimePoint now = kStart;
+  TimePoint now = kLinksStart;
   EXPECT_TRUE(budget.Take(now, limits, std::size_t{500} << 20)) << "the state of a large region, once";
   for (int i = 0; i < 100'000; ++i) {
     now += std::chrono::microseconds(100);

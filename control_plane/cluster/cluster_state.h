@@ -130,7 +130,7 @@ struct InstanceEntry {
 
   // Written by PlannedChanges.
   std::uint64_t moved_regions = 0;  // for slow hosts and cut links, in this life
-  std::string links_awaited;        // of newcomers, for which the plan under way waits; empty: it does not
+  std::string links_awaited;        // links of newcomers that the plan under way waits for; empty: none
   std::string taken_back;           // why the last change was taken back; empty: none was, or another was made since
 
   // Written by GameEvents and GameMessages.
@@ -323,7 +323,7 @@ class ClusterState {
   InstanceNumbers lack_players_;
   StreamId last_stream_ = 0;
   std::uint64_t last_revision_ = 0;
-  std::uint64_t operations_ = 0;  // of this life
+  std::uint64_t operations_ = 0;  // begun in this life
   std::string store_trouble_, checkpoint_trouble_;
   std::uint64_t failed_writes_ = 0;
   Steady probe_at_{0};  // 0: when the next timer says

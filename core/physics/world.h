@@ -13,8 +13,8 @@
 // A kinematic body moves by its own velocities, which nothing but SetState changes, and carries and pushes what it
 // meets.
 //
-// It has some 50 methods because a world that stands is asked about its bodies, joints and rays; a step is one call, and
-// its passes are classes of their own.
+// It has some 50 methods because a world that stands is asked about its bodies, joints and rays; a step is one call,
+// and its passes are classes of their own.
 //
 // Callers' mistakes (an unknown id, a second Add of one id) are assertions: input is checked before it gets here.
 // Thread rule: one thread at a time. A world may have threads of its own, which work in a step and sleep otherwise;

@@ -102,7 +102,7 @@ class Deployment {
   absl::Status SetGame(const std::string& game, const std::set<RegionId>& damaged = {});
 
   v1::Instance instance() const;                       // as the control plane told it last
-  Said SaidBy(const SimulatedControl& control) const;  // of the world; requires that it is alive
+  Said SaidBy(const SimulatedControl& control) const;  // about the world; requires that it is alive
   // A step of any worker, a resumption included.
   std::function<void(const SimulatedWorker&, const region::StepResult&)> on_step;
   const PartitionMap& map() const { return map_; }    // the first

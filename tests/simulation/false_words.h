@@ -35,7 +35,7 @@
 
 namespace tessera::simulation {
 
-// Of a world, by one control plane. kOther: that it starts, or anything else that is no matter here.
+// A world's state, by one control plane. kOther: that it starts, or anything else that is no matter here.
 enum class Said : std::uint8_t { kOther, kRunning, kDegraded, kOver };
 
 struct Word {
@@ -47,7 +47,7 @@ struct Word {
 
 struct WordBounds {
   Micros no_step = Milliseconds(250);   // a region without a step for so long does not step
-  Micros at_most = Milliseconds(2000);  // what the figures of a cluster's faults ask for
+  Micros at_most = Milliseconds(2000);  // the goal of the figures about a cluster's faults
 };
 
 class FalseWords {
@@ -56,7 +56,7 @@ class FalseWords {
   explicit FalseWords(const WordBounds& bounds = {}, Micros begin = 0) : bounds_(bounds), looked_at_(begin) {}
 
   void Stepped(RegionId region, Incarnation life, Tick tick, Micros now);
-  // What was so since the last look is taken to have been as it is now. `world`: the regions that it consists of.
+  // All is taken to have been since the last look as it is now. `world`: the regions that it consists of.
   void Look(Micros now, std::span<const RegionId> world, std::span<const Word> words);
 
   void Acknowledged(const std::string& change) { acknowledged_.insert(change); }
@@ -71,7 +71,7 @@ class FalseWords {
   Micros false_degraded() const { return degraded_; }
   Micros silent() const { return silent_.longest; }
   Micros stood() const { return standing_.longest == 0 ? 0 : standing_.longest + bounds_.no_step; }
-  // Of the last look.
+  // As of the last look.
   bool all_step() const { return all_step_; }
 
   std::uint64_t two_owners() const { return two_owners_; }
@@ -101,7 +101,7 @@ class FalseWords {
   WordBounds bounds_;
   Micros looked_at_ = 0;
   bool all_step_ = true;
-  std::map<RegionId, Steps> steps_;  // of the newest life
+  std::map<RegionId, Steps> steps_;  // those of the newest life
   std::set<std::pair<RegionId, Incarnation>> doubled_;
   std::map<std::uint64_t, Speaker> speakers_;  // by reign
   Stretch silent_, standing_;

@@ -66,7 +66,7 @@ class LeaderRunner {
   Deployment deployment_;
   WorldWatch watch_;
   LeaderOutcome outcome_;
-  bool ended_ = false;  // what faults had still to end is ended
+  bool ended_ = false;  // all that faults had still to end is ended
   int active_ = 0;      // faults of which there is one at a time
   int away_ = 0;        // faults that keep the leader from the store, or stop it
   std::string backup_;
@@ -270,7 +270,7 @@ bool LeaderRunner::BeginBetween(const LeaderFault& fault) {
   VirtualNetwork& network = deployment_.network();
   const std::uint32_t chosen = fault.whom % scenario_.options.hosts + 1;
   const Node self = leader->node();
-  std::uint32_t first = 1, last = scenario_.options.hosts;  // of the hosts
+  std::uint32_t first = 1, last = scenario_.options.hosts;  // range of hosts
   std::vector<std::pair<Node, Node>> cut;                   // from, to
   if (!leader->alive()) return false;
   if (fault.kind == LeaderFaultKind::kLeaderCutOffWithHost) {

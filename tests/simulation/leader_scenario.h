@@ -19,18 +19,18 @@
 namespace tessera::simulation {
 
 enum class LeaderFaultKind : std::uint8_t {
-  // Of the control planes.
+  // Control planes.
   kLeaderKilled,
   kLeaderStopped,  // as by SIGSTOP: it comes back and does not know yet
   kLeaderCutFromStore,
   kFollowerKilled,
-  // Of the store.
+  // The store.
   kStoreSlow,
   kStoreFull,
-  kAnswerLost,  // of a write that is carried out, or is not
+  kAnswerLost,  // the answer to a write that is carried out, or is not
   kLeaseRevoked,
   kOldBackup,  // put back under the running world, once
-  // Of the world.
+  // The world.
   kAgentDies,
   kScale,
   // Those between control planes and hosts, and those that take regions from the world: one at a time.

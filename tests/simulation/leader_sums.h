@@ -20,7 +20,7 @@ struct LeaderSums {
   Micros stood = 0;          // the longest time in which a world did not step
 
   void Add(const LeaderOutcome& outcome);
-  // Of the gaps, milliseconds; 0: there is none. `share`: 0.5 is the median, 1 the worst.
+  // A quantile of the gaps, milliseconds; 0: there is none. `share`: 0.5 is the median, 1 the worst.
   std::uint64_t GapMs(double share) const;
   void Print(std::ostream& out) const;
   // Lines without a header, in the form of the benchmarks.

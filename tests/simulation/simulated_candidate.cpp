@@ -57,7 +57,7 @@ void SimulatedControl::LookAtElection() {
   WatchElection();
 }
 
-// What it writes ends first: the lock is held.
+// A write under way ends first: the lock is held.
 void SimulatedControl::EndReign(const std::string& why) {
   log_.push_back("leads no more: " + why);
   deposed_ = true;

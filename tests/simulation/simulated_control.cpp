@@ -74,7 +74,7 @@ void SimulatedControl::Lead(std::int64_t token) {
   Tick();
 }
 
-// What was loaded, and what it waited for.
+// Drops all that was loaded, and all that it waited for.
 void SimulatedControl::Drop() {
   ++life_;
   cluster_.reset();

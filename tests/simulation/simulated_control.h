@@ -122,7 +122,7 @@ class SimulatedControl {
   bool several_;
   StoreClient store_;
   std::unique_ptr<control::Cluster> cluster_;
-  std::uint64_t life_ = 0, stops_ = 0;  // of the process and its reigns
+  std::uint64_t life_ = 0, stops_ = 0;  // numbers of the process and of its reigns
   std::chrono::microseconds clock_moved_{0};
   Micros writing_until_ = 0;
   bool running_ = false, stopped_ = false;

@@ -29,7 +29,7 @@ class SimulatedHost {
 
   using Controls = std::vector<std::unique_ptr<SimulatedControl>>;
 
-  // Of several control planes the agent dials one after the other until it is admitted by the one that leads.
+  // The agent dials several control planes one after the other until it is admitted by the one that leads.
   SimulatedHost(Surroundings& around, const Controls& controls, std::uint32_t number, std::uint32_t capacity,
                 std::string join_token);
 
@@ -101,7 +101,7 @@ class SimulatedHost {
   std::uint64_t dials_ = 0;  // a later one voids what an earlier one waits for
   Micros backoff_ = 0;
   Chance chance_;
-  std::uint64_t newest_life_ = 0;  // of a control plane, on its disk
+  std::uint64_t newest_life_ = 0;  // the newest control plane's, on its disk
   agent::WorkersFile saved_;
   std::set<agent::Content> contents_;
   std::vector<agent::FetchState> states_;

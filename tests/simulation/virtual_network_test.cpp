@@ -94,7 +94,7 @@ TEST_F(VirtualNetworkTest, ANewLifeGetsNothingOfTheLast) {
   EXPECT_TRUE(network.Connected(1, 2));
 }
 
-// What one side says comes through, until nobody acknowledges it.
+// All that one side says comes through, until nobody acknowledges it.
 TEST_F(VirtualNetworkTest, ACutOneWayIsHeardByTheOtherUntilTheConnectionEnds) {
   network.CutOneWay(2, 1, true);
   ASSERT_TRUE(network.Send(1, 2, {1}));
