@@ -72,14 +72,6 @@ TEST_F(ClientTest, ASceneIsFetchedOnce) {
   EXPECT_LE(instance->scenes_fetched, 1);  // another test may have had it before
 }
 
-TEST_F(ClientTest, AControlPlaneOfAnEarlierReleaseGivesASceneInOneMessage) {
-  Make(1, R"(properties { name: "from_an_earlier_release" number: 1 } )");  // which no other test has had
-  instance->knows_no_streams = true;
-  Join();
-  EXPECT_EQ(instance->scenes_fetched, 1);
-  EXPECT_EQ(client->scene().name, "plaza");
-}
-
 TEST_F(ClientTest, AnUnknownInstanceIsNamed) {
   Make(1);
   JoinOptions options = Options();

@@ -164,7 +164,7 @@ absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
   return CheckRange("spec.expected_players", spec.expected_players(), 0, MaxPlayersOf(spec));
 }
 
-// Measures of a scene all that is measured in a request before it is parsed.
+// A request is measured before it is parsed, and so is an upload.
 absl::StatusOr<LoadedScene> LoadUploaded(const v1::InstanceSpec& spec, const std::string& bytes) {
   if (!TakesAtMost(bytes, *v1::Scene::descriptor(), kMaxParsedSceneBytes)) {
     return absl::ResourceExhaustedError("spec.scene_file: the scene would take too much memory");

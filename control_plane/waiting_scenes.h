@@ -61,7 +61,7 @@ class WaitingScenes {
   // Drops those whose grace is over.
   void Sweep(Steady now);
 
-  // All that wait or come, together.
+  // The sum of all that wait or come.
   std::uint64_t bytes() const;
 
  private:

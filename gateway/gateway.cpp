@@ -227,7 +227,7 @@ void Gateway::Joined(ViewerId id, absl::StatusOr<std::unique_ptr<client::Client>
   viewer.session.FollowBody(viewer.playing->source->client().own_body());
 }
 
-// A viewer without a ticket, or with one that does not count, watches on and may show another.
+// A viewer that lacks a ticket, or shows one that does not count, watches on and may show another.
 void Gateway::NotJoined(Viewer& viewer, const absl::Status& why) {
   const bool refused = absl::IsUnauthenticated(why) || absl::IsPermissionDenied(why) ||
                        (viewer.by_ticket && absl::IsInvalidArgument(why));

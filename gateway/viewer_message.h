@@ -35,7 +35,7 @@ struct ShowProperty {
 };
 struct JoinWorld {
   std::string name;
-  std::string ticket{};  // a game's backend's (docs/tickets.md), which says the name; empty: a guest
+  std::string ticket{};  // from a game's backend (docs/tickets.md), which says the name; empty: a guest
 };
 struct LeaveWorld {};
 struct Steer {

@@ -35,7 +35,7 @@ struct WebOptions {
   // It speaks TLS by it; null: plain HTTP.
   std::optional<trust::ServerCertificate> certificate = std::nullopt;
   std::size_t max_connections = 512;        // that are served at once
-  std::size_t max_address_connections = 0;  // from one IP address; 0: as many as all
+  std::size_t max_address_connections = 0;  // the same for one IP address; 0: as many as all
 };
 
 class WebServer {

@@ -67,7 +67,7 @@ class PlayedInstances final : public v1::InstanceService::Service {
     const std::lock_guard lock(mutex_);
     full_ = true;
   }
-  // The contents of each request.
+  // One word for each request, by what it had.
   std::vector<std::string> said() const {
     const std::lock_guard lock(mutex_);
     return said_;

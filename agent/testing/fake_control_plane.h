@@ -23,7 +23,7 @@ struct ControlRecord {
   std::map<std::string, std::string> scenes;  // by hash, serialised
   std::map<std::string, std::string> games;   // by hash
   int scene_fetches = 0, game_fetches = 0;
-  bool knows_no_streams = false;  // as an earlier release, which sends scenes whole
+  bool knows_no_streams = false;  // it gives scenes in one message, as an earlier release
 
   // Given with the admission, asked for with it, and sent with each desired set.
   std::string revocations_key;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client_sdk/testing/fake_tiles.h"
+#include "client_sdk/testing/streaming_sessions.h"
 #include "core/replication/command.h"
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"
@@ -32,7 +33,6 @@
 #include "net/testing/test_identity.h"
 #include "tessera/v1/game.pb.h"
 #include "tessera/v1/instance.pb.h"
-#include "tessera/v1/session.grpc.pb.h"
 
 namespace tessera::client {
 
@@ -336,7 +336,7 @@ struct FakeInstanceList {
   std::vector<v1::Instance> instances;
 };
 
-class FakeInstance : public v1::SessionService::Service {
+class FakeInstance : public StreamingSessions {
  public:
   static constexpr const char* kId = "plaza-1";
   static constexpr const char* kTicket = "good";  // the only one that it takes
@@ -460,18 +460,6 @@ class FakeInstance : public v1::SessionService::Service {
     response->set_scene(scene_bytes_);
     return grpc::Status::OK;
   }
-  grpc::Status StreamScene(grpc::ServerContext*, const v1::GetSceneRequest*,
-                           grpc::ServerWriter<v1::GetSceneResponse>* writer) override {
-    if (knows_no_streams) return {grpc::StatusCode::UNIMPLEMENTED, ""};
-    ++scenes_fetched;
-    constexpr std::size_t kPiece = 100;
-    v1::GetSceneResponse piece;
-    for (std::size_t at = 0; at < scene_bytes_.size(); at += kPiece) {
-      piece.set_scene(scene_bytes_.substr(at, kPiece));
-      writer->Write(piece);
-    }
-    return grpc::Status::OK;
-  }
   grpc::Status LeaveInstance(grpc::ServerContext*, const v1::LeaveInstanceRequest* request,
                              v1::LeaveInstanceResponse*) override {
     if (!Proves(*request)) return {grpc::StatusCode::UNAUTHENTICATED, "credential"};
@@ -488,7 +476,6 @@ class FakeInstance : public v1::SessionService::Service {
   std::atomic<bool> full = false, wrong_key = false, short_instance_key = false, wrong_hash = false,
                     forget_a_region = false;
   std::atomic<int> scenes_fetched = 0, left = 0;
-  std::atomic<bool> knows_no_streams = false;  // as a control plane of an earlier release
 
  private:
   // The player whose credential and key a request shows.

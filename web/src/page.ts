@@ -275,7 +275,7 @@ export class Page implements SessionListener {
     else this.session.send(name === null ? { type: 'leave' } : { type: 'join', name });
   }
 
-  // A visitor whose address has a ticket came to play. A recording is not played in.
+  // A visitor who came by an address with a ticket came to play. A recording is not played in.
   private playByTicket(): void {
     if (this.ticket === '' || this.session.play !== null || location.hash.startsWith('#play/')) return;
     const ticket = this.ticket;

@@ -99,7 +99,7 @@ export class FakeGateway {
     return problem;
   }
 
-  // Says a fault of the world to all who watch, who are closed then as a gateway closes them.
+  // Says what is wrong with the world to all who watch, and closes them as a gateway does.
   fail(code: string, text: string): void {
     for (const client of this.sockets.clients) {
       client.send(JSON.stringify({ type: 'problem', code, text }));

@@ -20,7 +20,7 @@ import { type FeedMessage, RecordedFeed, read, record, write } from './recorded_
 
 const BODIES = 5000;
 const PATIENCE_MS = 60000;
-const LOADING_S = 15; // a feed's, until the page has drawn all
+const LOADING_S = 15; // the part of a feed until the page has drawn all
 const text = (name: string) => {
   const at = process.argv.indexOf(name);
   return at < 0 ? '' : process.argv[at + 1]!;
@@ -60,7 +60,7 @@ window.bare = {
   },
 };`;
 
-// The page's picture now: where its bodies are, its camera, and how many pixels it draws on.
+// The picture that the page draws now: where its bodies are, its camera, and how many pixels it draws on.
 const SCENE = `(() => {
   const { session: { bodies }, view } = tessera;
   const canvas = document.getElementById('world');

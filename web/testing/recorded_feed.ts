@@ -17,7 +17,7 @@ import { PROTOCOL } from '../src/protocol/messages.ts';
 
 const TYPES: Record<string, string> = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css' };
 const ALIVE_MS = 1000;
-const HEAD_BYTES = 13; // before each message in the file: ms as f64, whether it is binary as u8, length as u32
+const HEAD_BYTES = 13; // before a message in the file: ms as f64, whether it is binary as u8, length as u32
 
 export interface FeedMessage {
   at_ms: number; // since the first
@@ -75,7 +75,7 @@ export class RecordedFeed {
   private viewer: WebSocket | null = null;
   private next = 0;
   private status: Buffer | null = null;
-  private played_ms = 0; // the feed's, up to the last pause
+  private played_ms = 0; // the part of the feed up to the last pause
   private since_ms: number | null = null; // null: paused
   private timer: NodeJS.Timeout | null = null;
   private readonly feed: FeedMessage[];

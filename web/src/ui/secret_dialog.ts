@@ -6,9 +6,9 @@
 import { h, setText } from './dom.ts';
 
 export interface SecretTexts {
-  id: string; // the element's
+  id: string; // the element’s
   title: string;
-  label: string; // the field's
+  label: string; // the field’s
   note: string; // where it goes, and how long it is kept
   warning: string; // for a page that came without encryption
   use: string; // the button's
