@@ -10,6 +10,7 @@
 #include <sys/types.h>
 
 #include <cstddef>
+#include <iterator>
 #include <map>
 #include <mutex>
 
@@ -37,11 +38,13 @@ class WorkerBudget {
   // Forgets processes that have their whole budget again, as new ones would.
   void Prune(TimePoint now) {
     const std::lock_guard lock(mutex_);
-    std::erase_if(budgets_, [&](auto& entry) {
-      entry.second.messages.Fill(now, messages_);
-      entry.second.bytes.Fill(now, bytes_);
-      return entry.second.messages.left() >= messages_.burst && entry.second.bytes.left() >= bytes_.burst;
-    });
+    for (auto at = budgets_.begin(); at != budgets_.end();) {
+      Budget& budget = at->second;
+      budget.messages.Fill(now, messages_);
+      budget.bytes.Fill(now, bytes_);
+      const bool whole = budget.messages.left() >= messages_.burst && budget.bytes.left() >= bytes_.burst;
+      at = whole ? budgets_.erase(at) : std::next(at);
+    }
   }
   std::size_t processes() const {
     const std::lock_guard lock(mutex_);

@@ -21,7 +21,8 @@ constexpr char kPieceFolder[] = "scene_piece/";
 
 std::vector<std::string> KeysIn(const Store& store, const char* prefix) {
   std::vector<std::string> keys;
-  for (const StoreEntry& entry : *store.List(prefix)) keys.push_back(entry.key);
+  const auto listed = store.List(prefix);
+  for (const StoreEntry& entry : *listed) keys.push_back(entry.key);
   return keys;
 }
 

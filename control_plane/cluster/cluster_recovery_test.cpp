@@ -124,7 +124,7 @@ TEST_F(RecoveryTest, TheSameBackupMayBeBegunFromTwiceAndNoNumberIsGivenTwice) {
   ASSERT_TRUE(Scale(harness_, id, 2).ok());
   harness_.Run(seconds(20));
   EXPECT_EQ(harness_.Get(id).map().regions_size(), 2) << "its workers do what they are ordered";
-  ExpectEachBodyOnce(harness_, 2);
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness_.Get(id).reason();
   ExpectNoIncarnationTwice(harness_);
 }
 

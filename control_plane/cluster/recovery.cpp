@@ -200,6 +200,7 @@ absl::Status Recovery::EndUnlessItRuns(InstanceEntry& instance, Now now) {
   AddEvent(next, now, next.reason());
   state_.Log(absl::StrCat("instance not taken up id=", next.id(), ": ", next.reason()), Severity::kWarning);
   if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) return status;
+  instance.degraded.clear();
   for (WorkerEntry& worker : instance.workers) state_.SetGone(instance, worker, "");
   return absl::OkStatus();
 }
