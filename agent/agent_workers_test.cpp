@@ -357,7 +357,9 @@ TEST_F(AgentWorkersTest, WorkersAreFoundByTheirProcessesWhereTheFileIsGoneOrCut)
     agent->Signal(SIGKILL);
     agent->Wait();
     ASSERT_TRUE(std::filesystem::remove(path));
-    if (!left.empty()) ASSERT_TRUE(host::WriteFile(path, left, host::Durability::kSurvivesProcess).ok());
+    if (!left.empty()) {
+      ASSERT_TRUE(host::WriteFile(path, left, host::Durability::kSurvivesProcess).ok());
+    }
     control_.Change([](ControlRecord& r) { r.reports.clear(); });
     agent = StartAgent({"--stop-workers"});
     for (const std::uint32_t region : {1U, 2U, 3U, 4U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));

@@ -188,7 +188,7 @@ TEST_F(LeaderTest, DrawnFaultsOfLeadersAndStoresMakeNobodyLieAndLoseNothing) {
   std::uint64_t acknowledged = 0, elections = 0;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const LeaderScenario scenario = DrawLeaders(seed);
-    const LeaderOutcome outcome = Run(scenario);
+    const LeaderOutcome outcome = simulation::Run(scenario);
     EXPECT_THAT(outcome.problems, IsEmpty()) << seed << ": " << Describe(scenario);
     EXPECT_EQ(outcome.two_owners + outcome.lies + outcome.lost_changes, 0U) << seed;
     acknowledged += outcome.acknowledged;
@@ -199,7 +199,7 @@ TEST_F(LeaderTest, DrawnFaultsOfLeadersAndStoresMakeNobodyLieAndLoseNothing) {
 }
 
 TEST_F(LeaderTest, ASeedGivesTheSameRunAgain) {
-  const LeaderOutcome one = Run(DrawLeaders(3)), other = Run(DrawLeaders(3));
+  const LeaderOutcome one = simulation::Run(DrawLeaders(3)), other = simulation::Run(DrawLeaders(3));
   EXPECT_EQ(one.hash, other.hash);
   EXPECT_EQ(one.steps, other.steps);
   EXPECT_EQ(one.gaps, other.gaps);
