@@ -20,6 +20,7 @@ absl::Status ControlPlane::KeepScene(const WaitingScenes::Place& place, DraftFil
 // One at a time: a large scene takes several times its size while it is checked.
 absl::StatusOr<InstancePlan> ControlPlane::PlanOfUploaded(const v1::CreateInstanceRequest& request, bool guests) {
   const std::string& hash = request.spec().scene_file();
+  if (request.spec().has_scene()) return absl::InvalidArgumentError("spec.scene_file: spec.scene is there too");
   const std::lock_guard one(uploads_mutex_);
   auto bytes = waiting_scenes_.Bytes(hash, ReadClocks().steady);
   if (absl::IsNotFound(bytes.status())) bytes = SceneBytes(hash);

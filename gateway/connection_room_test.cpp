@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <array>
+#include <chrono>
 #include <optional>
 #include <string>
 
@@ -75,7 +76,8 @@ void ExpectRefused(const WebOptions& options, int status, const std::string& wor
   const PageAnswer refused = RequestPage(loop.address(), "/healthz");
   EXPECT_EQ(refused.status, status);
   EXPECT_THAT(refused.body, HasSubstr(words));
-  const ViewerSocket second(loop.address(), "inst-1");
+  ViewerSocket second(loop.address(), "inst-1");
+  EXPECT_TRUE(second.Until([&] { return second.http_status != 0; }, std::chrono::seconds(60)));
   EXPECT_EQ(second.http_status, status) << "a viewer is refused in the same words";
   holds.reset();
   // The server hears of the end in its own time.

@@ -102,9 +102,10 @@ class PlayerTicketTest : public testing::Test {
     door_.End();  // the gateway's join to watch
     gateway_.reset();
   }
+  // Whatever the options' control plane is, what is watched comes from the one here.
   void Open(GatewayOptions options) {
     gateway_.reset();
-    const auto channel = DialControl(options.control);
+    const auto channel = DialControl(AtSocket().control);
     ASSERT_TRUE(channel.ok()) << channel.status();
     gateway_ = std::make_unique<Gateway>(std::move(options), *channel, metrics_, [this] {
       const std::lock_guard lock(mutex_);

@@ -71,11 +71,13 @@ void App::TakeWorlds() {
   std::copy_if(all_.begin(), all_.end(), std::back_inserter(menu_.worlds), CanBeJoined);
   for (std::size_t i = 0; i < menu_.worlds.size(); ++i) menu_.chosen = menu_.worlds[i].id == chosen ? i : menu_.chosen;
   menu_.chosen = std::min(menu_.chosen, menu_.worlds.empty() ? 0 : menu_.worlds.size() - 1);
+  // A list that comes takes back its own trouble, and leaves that of joining to be read.
   if (error) {
     menu_.trouble = error.text;
-  } else if (!menu_.listed) {
+  } else if (trouble_of_list_) {
     menu_.trouble.clear();
   }
+  trouble_of_list_ = static_cast<bool>(error);
   menu_.listed = !error;
 }
 
@@ -83,6 +85,7 @@ void App::Join(const std::string& instance) {
   instance_ = instance;
   screen_ = Screen::kJoining;
   menu_.trouble.clear();
+  trouble_of_list_ = false;
   end_.clear();
   tessera::Options options;
   options.control_address = menu_.address;

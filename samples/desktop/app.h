@@ -60,7 +60,8 @@ class App {
   std::vector<tessera::InstanceInfo> all_;  // as the newest list has them, those that cannot be joined too
   std::string instance_, end_;
   std::future<Listing> listing_;
-  std::string listed_from_;  // the address that was asked
+  std::string listed_from_;       // the address that was asked
+  bool trouble_of_list_ = false;  // the menu says why there is no list
   double list_due_s_ = 0;
   std::future<Joining> joining_;
   std::optional<tessera::Client> client_;

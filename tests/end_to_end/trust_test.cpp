@@ -333,7 +333,9 @@ TEST_F(TrustTest, AVisitorPlaysByATicketThroughAGatewayThatMayOnlyWatch) {
   FurtherGateway gateway(operators_ + "#" + fingerprint_, {"--token-file", folder_.path() + "/eve.token",
                                                            "--players-door", players_ + "#" + fingerprint_});
   gateway::ViewerSocket viewer(gateway.address, "inst-1");
-  const auto problem = [&] { return viewer.newest["problem"].value("text", ""); };
+  const auto problem = [&] {
+    return viewer.newest.contains("problem") ? viewer.newest.at("problem").value("text", "") : std::string();
+  };
   ASSERT_TRUE(viewer.Until([&] { return viewer.decoder.bodies.size() >= 20; }, kPatience)) << problem();
   viewer.Send({{"type", "join"}, {"name", "guest"}});
   ASSERT_TRUE(viewer.Until([&] { return problem() != ""; }, kPatience));
