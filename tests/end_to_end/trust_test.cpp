@@ -348,6 +348,7 @@ TEST_F(TrustTest, AVisitorPlaysByATicketThroughAGatewayThatMayOnlyWatch) {
   EXPECT_EQ(viewer.decoder.bodies.at(own).name, "Ada");
   viewer.newest.clear();
   gateway::ViewerSocket another(gateway.address, "inst-1");
+  ASSERT_TRUE(another.Until([&] { return another.decoder.bodies.size() >= 20; }, kPatience));
   another.Send({{"type", "join"}, {"ticket", ticket}});
   ASSERT_TRUE(another.Until([&] { return another.newest.contains("problem"); }, kPatience));
   EXPECT_EQ(another.newest["problem"]["code"], "ticket") << "it is good for one try";
