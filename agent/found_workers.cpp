@@ -80,6 +80,7 @@ std::vector<WorkerRecord> FindWorkers(const std::string& socket_path, const std:
                   telemetry::LogValue(place->first.ToString()), first.identity().pid(), record->identity().pid());
   }
   std::vector<WorkerRecord> records;
+  records.reserve(found.size());
   for (auto& [key, record] : found) records.push_back(std::move(record));
   std::sort(records.begin(), records.end(),
             [](const auto& a, const auto& b) { return a.identity().pid() < b.identity().pid(); });
