@@ -229,6 +229,7 @@ TEST(SoakTurnsTest, EachOtherKindComesOnceBeforeAnyComesAgain) {
     ++counts[turn.kind];
     if (++others % 5 != 0) continue;
     std::vector<int> so_far;
+    so_far.reserve(counts.size());
     for (const auto& [kind, count] : counts) so_far.push_back(count);
     ASSERT_EQ(so_far.size(), 5u);
     ASSERT_THAT(so_far, Each(others / 5));
