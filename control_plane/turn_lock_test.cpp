@@ -61,6 +61,7 @@ TEST(TurnLockTest, OneAtATimeHoldsIt) {
   TurnLock turns;
   int count = 0;
   std::vector<std::thread> threads;
+  threads.reserve(4);
   for (int i = 0; i < 4; ++i) {
     threads.emplace_back([&turns, &count, i] {
       for (int n = 0; n < 2000; ++n) {
