@@ -61,6 +61,7 @@ Outcome HoldConnections(const Target& target, int at_each_door, int most) {
     const auto address =
         local::OrThrow(host::ParseSocketAddress(door.substr(0, door.find('#')), host::PortRule::kFrom1));
     std::vector<int> held;
+    held.reserve(static_cast<std::size_t>(at_each_door));
     for (int i = 0; i < at_each_door; ++i) held.push_back(ConnectFrom(kOtherAddress, address.port));
     // They are judged one after another: once the last is closed, all are.
     pollfd last{.fd = held.back(), .events = POLLIN, .revents = 0};
