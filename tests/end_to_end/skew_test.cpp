@@ -69,7 +69,7 @@ class SkewTest : public WorldTest {
     return versions;
   }
   // The longest that any region had in the last five to ten seconds.
-  double LongestTick_s() {
+  double LongestTickSeconds() {
     double longest = 0;
     const v1::Instance instance = run_->Latest();
     for (const v1::RegionStatus& status : instance.region_status()) {
@@ -126,20 +126,20 @@ TEST_F(SkewTest, AClusterIsUpgradedProgramByProgramUnderAMatch) {
   ASSERT_TRUE(PlayUntilProtected());
   ASSERT_TRUE(PlayOn(1));
   const std::map<std::uint32_t, std::int64_t> pids = Pids();
-  const double before_s = LongestTick_s();
+  const double before_s = LongestTickSeconds();
   local::LocalCluster& cluster = run_->cluster();
   cluster.KillControl();
   cluster.UseControlPrograms("");
   cluster.RestartControl();
   run_->WatchAnew();
   ASSERT_TRUE(PlayOn(2)) << "the new control plane, and agents of the release before";
-  double longest_s = LongestTick_s();
+  double longest_s = LongestTickSeconds();
   for (std::size_t host = 0; host < options.hosts; ++host) {
     cluster.KillAgent(host);
     cluster.UseAgentPrograms(host, "");
     cluster.RestartAgent(host);
     ASSERT_TRUE(PlayOn(2)) << "host " << host + 1 << " of " << options.hosts;
-    longest_s = std::max(longest_s, LongestTick_s());
+    longest_s = std::max(longest_s, LongestTickSeconds());
   }
   EXPECT_EQ(VersionsOfHosts().size(), 1u);
   EXPECT_EQ(Pids(), pids) << "a worker was replaced";
