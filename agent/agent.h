@@ -5,7 +5,7 @@
 //   if (!agent.ok()) ...
 //   return (*agent)->Run();
 //
-// It has some 50 methods: one for each thing that happens, and one for each action of the supervisor. None decides.
+// It has some 60 methods: one for each thing that happens, and one for each action of the supervisor. None decides.
 //
 // Thread rule: the main thread, with SIGTERM, SIGINT and SIGHUP blocked in all threads: the agent reads them from a
 // descriptor, and workers that die with it are bound to the thread that started them.

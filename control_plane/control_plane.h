@@ -6,7 +6,7 @@
 // Everything is woken by the change it waits for. Thread rule: any thread. The calls that wait take `given_up`, asked
 // about five times a second, and end early with kCancelled; after `Stop` they all end with kUnavailable.
 //
-// It has some 60 methods: one for each call that waits, or that handles files outside the lock. All other calls go
+// It has some 70 methods: one for each call that waits, or that handles files outside the lock. All other calls go
 // through Call.
 //
 //   ControlPlane plane(store, std::move(cluster));

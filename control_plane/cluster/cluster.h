@@ -13,7 +13,7 @@
 //
 // It routes: each request and event goes to the part that it concerns, and then the Reconciler leads the instances on
 // that it touched. Parts share the ClusterState and do not know each other; what one needs of another passes through
-// here. So it has some 85 methods: one for each request of the API and each message of an agent, and those that lead
+// here. So it has some 90 methods: one for each request of the API and each message of an agent, and those that lead
 // from part to part. Thread rule: none of its own; the owner calls it under one lock. `store` outlives it.
 #pragma once
 

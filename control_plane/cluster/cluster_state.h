@@ -10,7 +10,7 @@
 //   if (absl::Status status = state->StoreInstance(*instance, next); !status.ok()) return status;
 //   state->MarkOrders(*instance);
 //
-// It has some 50 methods because every write of a record, and every note of what follows from it, is made here, so that
+// It has some 70 methods because every write of a record, and every note of what follows from it, is made here, so that
 // no part can change one without the other.
 //
 // Thread rule: none of its own. `store` outlives it. Entries stay where they are until they are removed.
