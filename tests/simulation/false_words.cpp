@@ -28,7 +28,7 @@ void FalseWords::Stepped(RegionId region, Incarnation life, Tick tick, Micros no
   Steps& newest = steps_[region];
   const bool later = newest.made && life > newest.life;
   const bool earlier = newest.made && life < newest.life;
-  if (earlier || (later && tick <= newest.last)) {
+  if (earlier || (later && tick.value() + bounds_.set_back_ticks <= newest.last.value())) {
     if (doubled_.emplace(region, life).second) {
       ++two_owners_;
       Problem(now, absl::StrCat("region ", region.value(), "#", life.value(), " makes tick ", tick.value(), ", #",

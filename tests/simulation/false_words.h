@@ -17,8 +17,9 @@
 // Each reign has that time for itself: whoever begins to lead has first to hear. While a control plane answers nobody
 // it says nothing, true or false, and its time stands.
 //
-// Two owners: of the lives of a region a later one has later ticks, and once it has stepped an earlier one never does.
-// So a world that was set back is two owners as well. Lost: a change that was acknowledged and is not there.
+// Two owners: once a later life of a region has stepped an earlier one never does, and the later one begins no further
+// back than a death may set it. So a world that was set back by a backup is two owners as well. Lost: a change that was
+// acknowledged and is not there.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -48,6 +49,9 @@ struct Word {
 struct WordBounds {
   Micros no_step = Milliseconds(250);   // a region without a step for so long does not step
   Micros at_most = Milliseconds(2000);  // the goal of the figures about a cluster's faults
+  // A death sets back poses, which are told before the standby has them (core/region/output_commit.h): so many ticks at
+  // most may be made again by the life that takes the place.
+  std::uint64_t set_back_ticks = 30;
 };
 
 class FalseWords {
