@@ -145,6 +145,7 @@ bool Deployment::Scale(std::uint32_t regions) {
     return cluster.ScaleInstance(now, request);
   });
   if (taken.ok()) regions_ = regions;
+  perhaps_ = absl::IsUnavailable(taken.status()) ? regions : 0;
   return taken.ok();
 }
 
@@ -197,7 +198,8 @@ bool Deployment::Calm() const {
 
 bool Deployment::Still() const {
   const std::vector<SimulatedWorker*> workers = Workers();
-  if (workers.size() != regions_ || (control().alive() && last_seen_.changes_size() > 0)) return false;
+  if (workers.empty() || (workers.size() != regions_ && workers.size() != perhaps_)) return false;
+  if (control().alive() && last_seen_.changes_size() > 0) return false;
   const MapVersion version = workers.front()->region() ? workers.front()->region()->map().version() : MapVersion();
   return std::ranges::all_of(workers, [&](const SimulatedWorker* worker) {
     if (!worker->Moves() || !worker->Protected() || !Counts(*worker)) return false;

@@ -161,6 +161,7 @@ class Deployment {
   std::set<Node> doubled_;                                    // counted in totals_.two_owners
   std::map<std::uint32_t, v1::JoinInstanceResponse> tokens_;  // by player
   std::uint32_t regions_ = 0;
+  std::uint32_t perhaps_ = 0;  // asked for since, and nobody knows whether it was taken; 0: nothing is unknown
   DeploymentTotals totals_;
   struct HealthOrder {
     std::uint64_t number = 0;
