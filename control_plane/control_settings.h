@@ -31,7 +31,7 @@ struct ControlSettings {
   // and worlds move for what passes; longer, and players see for longer a world whose halves do not touch.
   std::chrono::milliseconds move_cut_after{5000};
   // How long an instance may be STARTING (or PLACING) before it is given up. A scene of a million bodies loads in
-  // seconds.
+  // seconds; hosts that are busy or slow to read a large level need more.
   std::chrono::milliseconds start_timeout{60'000};
   // How long a worker may take to end in order before its agent has to end it.
   std::chrono::milliseconds stop_grace{10'000};

@@ -59,6 +59,7 @@ struct ControlFlags {
 
 // Shorter spans take a healthy host on a busy machine for a dead one.
 constexpr std::chrono::milliseconds kLeastLostAfter{1000}, kLeastFailoverAfter{500}, kLeastMoveCutAfter{1000};
+constexpr std::chrono::milliseconds kLeastStartTimeout{10'000};
 constexpr std::chrono::milliseconds kLongestSpan{3'600'000};
 
 // Declares option `name`: a time in seconds, from `least` on.
@@ -413,6 +414,8 @@ int main(int argc, char** argv) {
   control::AddSpan(app, "--move-cut-after", flags.settings.move_cut_after, control::kLeastMoveCutAfter,
                    "seconds for which a world is DEGRADED by a cut link until one of its two regions is moved, at "
                    "least 1");
+  control::AddSpan(app, "--start-timeout", flags.settings.start_timeout, control::kLeastStartTimeout,
+                   "seconds that a world may take to start, or to find room again, until it is given up, at least 10");
   app.add_option("--log-level", flags.log_level,
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info");
   try {

@@ -47,6 +47,7 @@ WorldRun::WorldRun(const RunOptions& options)
                           .network = options.network,
                           .page_listen = options.page_listen,
                           .game_modules = options.game_modules,
+                          .control_arguments = options.control_arguments,
                           .control_programs = options.control_programs,
                           .agent_programs = options.agent_programs,
                           .release_programs = options.release_programs});

@@ -41,14 +41,15 @@ struct RunOptions {
   bool players_elsewhere = false;  // others will play: no census counts before ExpectPlayers
   bool bots_come_back = false;     // one that was thrown out joins again; otherwise the run is over
   std::uint32_t hosts = 1;
-  std::uint32_t capacity = 0;            // regions a host; 0: all of them
-  bool workers_outlive_agents = false;   // as in LocalClusterOptions
-  const HostNetwork* network = nullptr;  // likewise
-  std::string page_listen = {};          // likewise
-  std::string game_modules = {};         // likewise
-  std::string control_programs = {};     // likewise
-  std::string agent_programs = {};       // likewise
-  std::string release_programs = {};     // likewise
+  std::uint32_t capacity = 0;                       // regions a host; 0: all of them
+  bool workers_outlive_agents = false;              // as in LocalClusterOptions
+  const HostNetwork* network = nullptr;             // likewise
+  std::string page_listen = {};                     // likewise
+  std::string game_modules = {};                    // likewise
+  std::vector<std::string> control_arguments = {};  // likewise
+  std::string control_programs = {};                // likewise
+  std::string agent_programs = {};                  // likewise
+  std::string release_programs = {};                // likewise
   // Called when the cluster stands, before there is a world in it.
   std::function<void(const LocalCluster&)> on_cluster = {};
   // Further settings of the instance.

@@ -88,9 +88,14 @@ TEST_F(LargeLevelTest, OfTwoMillionTrianglesRunsAndComesToAClientByItsTiles) {
   ASSERT_GT(scene.ByteSizeLong(), std::size_t{16} << 20) << "too large for a request";
   ASSERT_TRUE(host::WriteFile(File("level.pb"), scene.SerializeAsString(), host::Durability::kSurvivesProcess).ok());
 
-  Start({.scene = support::ScenePath("course"), .regions = 1, .bodies = std::nullopt, .bots = 0, .capacity = 8});
+  Start({.scene = support::ScenePath("course"),
+         .regions = 1,
+         .bodies = std::nullopt,
+         .bots = 0,
+         .capacity = 8,
+         .control_arguments = {"--start-timeout", "600"}});  // a sanitizer reads the level ten times as slowly
   const std::vector<std::string> create{"instance", "create",    "--scene", File("level.pb"), "--regions", "2",
-                                        "--wait",   "--timeout", "120"};
+                                        "--wait",   "--timeout", "600"};
   const auto created = Tessera(create);
   ASSERT_EQ(created.exit_code, 0) << created.err;
   EXPECT_THAT(created.err, HasSubstr("sent before the request"));
