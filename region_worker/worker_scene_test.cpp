@@ -46,7 +46,8 @@ class WorkerSceneTest : public testing::Test {
           std::vector<std::string>{"--scene", file, "--regions", std::to_string(regions), "--region",
                                    std::to_string(region), "--base-port", std::to_string(base_)}));
     }
-    for (auto& worker : workers_) ASSERT_TRUE(worker->WaitForLine("listening")) << worker->said();
+    // A region that still loads its scene answers no hello.
+    for (auto& worker : workers_) ASSERT_TRUE(worker->WaitForLine(": running")) << worker->said();
   }
   std::unique_ptr<TestClient> Join(std::uint32_t region) {
     auto client = std::make_unique<TestClient>(scene_->bounds);
