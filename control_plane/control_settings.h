@@ -23,6 +23,11 @@ struct ControlSettings {
   // How long a failover may take until every live region has answered. One that does not answer is worse than dead: the
   // others stand still for it.
   std::chrono::milliseconds failover_timeout{15'000};
+  // How long a failover waits instead for a worker that may live, and that nobody but its silent host could ask, where
+  // the world has no checkpoint to go back to. An agent that crashed, or a network between machines, is mended within
+  // minutes: shorter, and worlds are given up for what passes; longer, and whoever waits to begin another one learns
+  // late that this one is lost.
+  std::chrono::milliseconds silence_patience{600'000};
   // Silence after which a host is LOST. It is twenty heartbeats: shorter, and a paused virtual machine degrades its
   // instances.
   std::chrono::milliseconds lost_after{5000};

@@ -197,6 +197,77 @@ TEST(FailoverTest, ARegionAndItsStandbyLostTogetherAreNoSuccess) {
   EXPECT_THAT(harness.Get(id).reason(), HasSubstr("lost together with its standby"));
 }
 
+// Alpha loses a region whose standby is on beta, whose agent falls silent at that moment.
+struct SilentStandby {
+  explicit SilentStandby(ControlSettings settings = {}) : harness(settings) {
+    harness.AddHost("alpha", 8);
+    beta = &harness.AddHost("beta", 8);
+    id = Start(harness, 4);
+    auto& agent = harness.agents.at("alpha");
+    for (const auto& [key, worker] : agent.fake.workers) {
+      if (beta->fake.workers.contains({id, StandbyOf(harness.Get(id), key.second)})) region = key.second;
+    }
+    EXPECT_NE(region, 0U);
+    beta->silent = true;
+    harness.Send(agent, agent.fake.Kill({id, region}, 9));
+  }
+  ClusterHarness harness;
+  FakeHost* beta = nullptr;
+  std::string id;
+  std::uint32_t region = 0;
+};
+
+TEST(FailoverTest, AWorldWaitsForTheSilentHostOfAStandbyAndSaysSo) {
+  SilentStandby run;
+  run.harness.Run(seconds(60));
+  const v1::Instance waiting = run.harness.Get(run.id);
+  EXPECT_EQ(waiting.state(), v1::INSTANCE_STATE_DEGRADED) << waiting.reason();
+  EXPECT_THAT(waiting.reason(), HasSubstr("waits for host beta, silent since "));
+  ASSERT_EQ(waiting.changes_size(), 1);
+  EXPECT_THAT(waiting.changes(0).text(), HasSubstr("; waits for host beta, silent since "));
+  EXPECT_TRUE(Joined(Events(waiting), "waits for host beta, silent since "));
+  run.beta->silent = false;
+  run.harness.Run(seconds(20));
+  const v1::Instance now = run.harness.Get(run.id);
+  EXPECT_EQ(now.state(), v1::INSTANCE_STATE_RUNNING) << now.reason();
+  EXPECT_EQ(now.lost_bodies(), 0U);
+  EXPECT_EQ(run.harness.Workers(), 4U);
+  ExpectEachBodyOnce(run.harness, 4);
+  ExpectNoIncarnationTwice(run.harness);
+}
+
+TEST(FailoverTest, AControlPlaneThatBeginsWhileAWorldWaitsGivesItUpNoSooner) {
+  SilentStandby run;
+  run.harness.Run(seconds(5));
+  run.harness.Restart();
+  run.harness.Run(seconds(60));
+  EXPECT_EQ(run.harness.Get(run.id).state(), v1::INSTANCE_STATE_DEGRADED) << run.harness.Get(run.id).reason();
+  run.beta->silent = false;
+  run.harness.Run(seconds(20));
+  EXPECT_EQ(run.harness.Get(run.id).state(), v1::INSTANCE_STATE_RUNNING) << run.harness.Get(run.id).reason();
+  ExpectEachBodyOnce(run.harness, 4);
+}
+
+TEST(FailoverTest, AWorldThatWaitsIsLostOnceTheHostIsEvictedOrThePatienceIsOver) {
+  for (const bool evicted : {true, false}) {
+    SCOPED_TRACE(evicted);
+    ControlSettings settings;
+    settings.silence_patience = seconds(20);
+    SilentStandby run(settings);
+    run.harness.Run(seconds(18));
+    ASSERT_EQ(run.harness.Get(run.id).state(), v1::INSTANCE_STATE_DEGRADED) << run.harness.Get(run.id).reason();
+    v1::RemoveHostRequest remove;
+    remove.set_name("beta");
+    remove.set_force(true);
+    if (evicted) {
+      ASSERT_TRUE(run.harness.cluster().RemoveHost(run.harness.now, remove).ok());
+    } else {
+      run.harness.Run(seconds(5));
+    }
+    EXPECT_EQ(run.harness.Get(run.id).state(), v1::INSTANCE_STATE_FAILED) << run.harness.Get(run.id).reason();
+  }
+}
+
 TEST(FailoverTest, AnotherDeathOnTheWayBeginsAnewWithTheDeadOfBoth) {
   ClusterHarness harness;
   harness.AddHost("alpha", 8);

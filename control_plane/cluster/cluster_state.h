@@ -150,6 +150,7 @@ struct InstanceEntry {
   };
   std::optional<Told> told;
   std::string unstored;  // why its last step is not in the store; empty: it is
+  std::string awaits;    // silent hosts, as FailoverStep has them
 
   std::string trouble;  // why its last step could not be taken; logged once
 };

@@ -1,10 +1,15 @@
 #include "control_plane/cluster/failovers.h"
 
+#include <google/protobuf/util/time_util.h>
+
 #include <algorithm>
 #include <chrono>
+#include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "control_plane/branches.h"
 #include "control_plane/cluster/liveness.h"
 #include "control_plane/cluster/recovery.h"
 #include "control_plane/instance_record.h"
@@ -31,6 +36,30 @@ std::string DescribeDeaths(const ClusterState& state, const InstanceEntry& insta
   return absl::StrJoin(endings, "; ");
 }
 
+std::string SecondOf(std::chrono::nanoseconds unix_time) {
+  google::protobuf::Timestamp second = ToTimestamp(unix_time);
+  second.set_nanos(0);
+  return google::protobuf::util::TimeUtil::ToString(second);
+}
+
+// "waits for host beta, silent since 2026-11-28T02:03:04Z: regions 3, 4; waits for host gamma, silent since this ..."
+std::string DescribeAwaited(const ClusterState& state, const InstanceEntry& instance,
+                            const std::vector<std::size_t>& awaited) {
+  std::map<std::string, std::set<std::uint32_t>> regions;
+  for (const std::size_t index : awaited) {
+    const HostEntry* host = HostAt(state, instance, index);
+    if (host == nullptr) continue;  // its workers are gone
+    const bool heard = host->last_heartbeat_time.count() != 0;
+    regions[absl::StrCat("waits for host ", host->record.name(), ", silent since ",
+                         heard ? SecondOf(host->last_heartbeat_time) : "this control plane began")]
+        .insert(instance.workers[index].region);
+  }
+  return absl::StrJoin(regions, "; ", [](std::string* out, const auto& entry) {
+    absl::StrAppend(out, entry.first, ": region", entry.second.size() == 1 ? " " : "s ",
+                    absl::StrJoin(entry.second, ", "));
+  });
+}
+
 bool AwaitsResolution(const records::Instance& record) {
   return record.has_failover() && !record.failover().has_resolution();
 }
@@ -54,6 +83,8 @@ void Failovers::Forget(std::uint64_t number) {
   begun_at_.erase(number);
   told_.erase(number);
   adopted_.erase(number);
+  silent_at_.erase(number);
+  awaits_said_.erase(number);
 }
 
 const Failovers::Told* Failovers::ToldIn(const InstanceEntry& instance) const {
@@ -70,15 +101,27 @@ bool Failovers::BegunByAnother(const InstanceEntry& instance) const {
 }
 
 FailoverStep Failovers::Next(const InstanceEntry& instance, const CutBetween& cut, Now now) {
-  const records::Instance& record = instance.record;
-  if (const std::vector<Death> deaths = Deaths(instance, now); !deaths.empty()) {
+  std::vector<std::size_t> awaited;
+  if (const std::vector<Death> deaths = Deaths(instance, awaited, now); !deaths.empty()) {
     return Begin(instance, deaths, DescribeDeaths(state_, instance, deaths), cut, now);
   }
-  if (!record.has_failover()) return {};
+  const std::vector<std::size_t> unanswered = SilentUnanswered(instance, now);
+  awaited.insert(awaited.end(), unanswered.begin(), unanswered.end());
+  std::string awaits = DescribeAwaited(state_, instance, awaited);
   if (BegunByAnother(instance)) {
     return Begin(instance, {}, "another control plane began the failover, which begins anew", cut, now);
   }
-  if (AwaitsResolution(record)) return Resolve(instance, now);
+  if (auto said = NextAwaited(instance, awaits, now)) return {.next = std::move(said), .awaits = std::move(awaits)};
+  FailoverStep step = GoOn(instance, !unanswered.empty(), now);
+  if (step.given_up.empty()) step.awaits = std::move(awaits);
+  return step;
+}
+
+// Nobody is to be declared dead. `silent`: inventories of silent hosts are awaited.
+FailoverStep Failovers::GoOn(const InstanceEntry& instance, bool silent, Now now) {
+  const records::Instance& record = instance.record;
+  if (!record.has_failover()) return {};
+  if (AwaitsResolution(record)) return Resolve(instance, silent, now);
   if (!AllRunByMap(instance)) return {};
   return End(instance, now);
 }
@@ -86,8 +129,9 @@ FailoverStep Failovers::Next(const InstanceEntry& instance, const CutBetween& cu
 // --- 1. Declare dead.
 
 // Those that have ended or whose host was evicted, and those that are silent while another carries them on; the rest
-// may well run, and is left alone. A newcomer that is silent before its map is committed has nothing to lose.
-std::vector<Death> Failovers::Deaths(const InstanceEntry& instance, Now now) const {
+// may well run, and is left alone. A newcomer that is silent before its map is committed has nothing to lose. Appends
+// to `awaited` the indices of those that would be dead for their silence but for a last copy that they may have.
+std::vector<Death> Failovers::Deaths(const InstanceEntry& instance, std::vector<std::size_t>& awaited, Now now) const {
   std::vector<Death> deaths;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
     const WorkerEntry& worker = instance.workers[i];
@@ -96,7 +140,10 @@ std::vector<Death> Failovers::Deaths(const InstanceEntry& instance, Now now) con
     } else if (Silent(state_, instance, i, settings_.failover_after, now)) {
       const bool joins = instance.record.placements(static_cast<int>(i)).joins();
       const bool has_no_part = joins && !instance.record.planned().committed();
-      if (has_no_part || CarriedOnByAnother(instance, i, now)) {
+      if (!has_no_part && !CarriedOnByAnother(instance, i, now)) continue;
+      if (!has_no_part && IsAwaited(instance, i, now)) {
+        awaited.push_back(i);
+      } else {
         deaths.push_back({worker.region, worker.incarnation, false});
       }
     }
@@ -121,13 +168,86 @@ bool Failovers::CarriedOnByAnother(const InstanceEntry& instance, std::size_t de
   return false;
 }
 
-// True if the standby was heard when the other had been silent for long. Where both fall silent at one time it is not
-// known whom to believe, and the one whose last word is a little older may be the one that lives.
+// True if the standby reported when the other had been silent for long. Where both fall silent at one time it is not
+// known whom to believe, and the one whose last word is a little older may be the one that lives. A word of its agent
+// alone proves nothing: that of a machine that crashed is heard before it has said which workers it found dead.
 bool Failovers::Outlives(const InstanceEntry& instance, std::size_t standby, std::size_t other) const {
   const HostEntry *own = HostAt(state_, instance, standby), *others = HostAt(state_, instance, other);
   if (own == nullptr || others == nullptr) return own != nullptr;
-  const Steady last_sign = std::max(others->last_heard, instance.workers[other].witnessed_at);
-  return own->last_heard - last_sign >= settings_.failover_after / 2;
+  return instance.workers[standby].reported_at - LastSignOf(state_, instance, other) >= settings_.failover_after / 2;
+}
+
+// True if the worker itself, or its standby, has just said that it lives. Its agent's word alone is none, as above.
+bool Failovers::IsHeard(const WorkerEntry& worker, Now now) const {
+  const Steady last = std::max(worker.reported_at, worker.witnessed_at);
+  return !worker.gone && now.steady - last <= settings_.failover_after;
+}
+
+// True if the worker is the standby, or has the only copy that is known, of a region that died and is not carried on
+// yet, or of which nothing is heard either; or if its own standby has ended, so that only itself is left of its region.
+bool Failovers::MayHaveLastCopy(const InstanceEntry& instance, std::size_t index, Now now) const {
+  const records::Instance& record = instance.record;
+  const WorkerEntry& worker = instance.workers[index];
+  const auto copies = [&](std::uint32_t standby, std::uint64_t incarnation) {
+    if (standby == worker.region) return true;  // whatever it last reported: its copy has grown since
+    return HoldsCopyOf(worker, incarnation) &&
+           std::none_of(instance.workers.begin(), instance.workers.end(), [&](const WorkerEntry& other) {
+             return IsHeard(other, now) && HoldsCopyOf(other, incarnation);
+           });
+  };
+  const bool resumed = worker.report.map_version() >= record.map().version();
+  for (const records::Dead& dead : record.failover().dead()) {
+    if (!resumed && !dead.newcomer() && copies(dead.standby(), dead.incarnation())) return true;
+  }
+  const std::uint32_t own_standby = StandbyOf(record, worker.region);
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    const WorkerEntry& other = instance.workers[i];
+    const records::Placement& placement = record.placements(static_cast<int>(i));
+    if (i == index || placement.joins() || placement.unprotected()) continue;
+    if (other.gone && other.region == own_standby) return true;
+    if (!IsHeard(other, now) && copies(StandbyOf(record, other.region), other.incarnation)) return true;
+  }
+  return false;
+}
+
+// True while a silent worker is waited for instead of being declared dead.
+bool Failovers::IsAwaited(const InstanceEntry& instance, std::size_t index, Now now) const {
+  if (!MayHaveLastCopy(instance, index, now)) return false;
+  Steady since = LastSignOf(state_, instance, index);
+  const auto watch = watches_.find(instance.number);
+  if (instance.record.has_failover() && watch != watches_.end()) since = std::max(since, watch->second.since());
+  return now.steady - since < PatienceFor(instance);
+}
+
+// For silent hosts. A world with a checkpoint loses some time if it begins again from there, one without is lost.
+Steady Failovers::PatienceFor(const InstanceEntry& instance) const {
+  const bool can_go_back = NewestKept(instance.record.checkpoints()) != nullptr;
+  return can_go_back ? settings_.failover_timeout : settings_.silence_patience;
+}
+
+// Indices of the workers whose inventories the failover lacks, and whose agents are not heard.
+std::vector<std::size_t> Failovers::SilentUnanswered(const InstanceEntry& instance, Now now) const {
+  std::vector<std::size_t> silent;
+  const auto watch = watches_.find(instance.number);
+  if (!AwaitsResolution(instance.record) || watch == watches_.end() || ToldIn(instance) != nullptr) return silent;
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    const HostEntry* host = HostAt(state_, instance, i);
+    const bool heard = host != nullptr && now.steady - host->last_heard <= settings_.failover_after;
+    const bool answered = watch->second.inventories().contains(instance.workers[i].region);
+    if (!heard && !answered && !instance.workers[i].gone) silent.push_back(i);
+  }
+  return silent;
+}
+
+// An event says who is waited for, once for each map, however often a host is heard in between.
+std::optional<records::Instance> Failovers::NextAwaited(const InstanceEntry& instance, const std::string& awaits,
+                                                        Now now) {
+  if (awaits.empty()) return std::nullopt;
+  const std::uint64_t version = instance.record.map().version();
+  if (std::exchange(awaits_said_[instance.number], version) == version) return std::nullopt;
+  records::Instance next = instance.record;
+  AddEvent(next, now, awaits);
+  return next;
 }
 
 // Its worker counts as dead, but its end has not been seen: the failover waits for that, or for its lease to run out.
@@ -171,7 +291,7 @@ FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<D
 
 // --- 2. Inventory, 3. Resolve.
 
-FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
+FailoverStep Failovers::Resolve(const InstanceEntry& instance, bool silent, Now now) {
   const records::Instance& record = instance.record;
   if (const Told* told = ToldIn(instance)) {  // a slow store holds up whatever comes after it
     records::Instance next = WithResolution(record, told->resolution);
@@ -183,7 +303,11 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, Now now) {
   }
   const FailoverWatch& watch = watches_[instance.number];
   if (const std::string waits_for = watch.WaitsFor(record, now); !waits_for.empty()) {
-    if (now.steady - watch.since() < settings_.failover_timeout) return {};
+    Steady& silent_at = silent_at_[instance.number];
+    if (silent) silent_at = now.steady;
+    // Who is heard again has its time to answer from then on.
+    const Steady since = silent ? watch.since() : std::max(watch.since(), silent_at);
+    if (now.steady - since < (silent ? PatienceFor(instance) : settings_.failover_timeout)) return {};
     return {.given_up = absl::StrCat("failover of ", DescribeFailover(record.failover()), " timed out waiting for ",
                                      waits_for)};
   }

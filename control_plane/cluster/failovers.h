@@ -9,6 +9,11 @@
 //   4. Resume         The living run by the new map, with the bodies of the dead.
 //   5. Replace        As fewer regions run than are wanted, PlannedChanges plans a new one.
 //
+// Silence is no death. Who may have the last copy of a region that died, or of which nothing is heard either, is not
+// declared dead for it, since it would be fenced with that copy; and a failover waits for the inventory of a silent
+// host for longer than for one that is heard (docs/decisions/0095-silence-loses-no-world.md). Both end with what the
+// host says, its eviction, or a limit.
+//
 // `Next` returns one step of 1 to 4 at a time, from the stored record and what is known. The caller stores the record
 // before anybody gets an order that follows from it, but for a resolution. The records' steps themselves are
 // failover.h's.
@@ -35,6 +40,7 @@ struct FailoverStep {
   std::optional<Players> players = std::nullopt;         // with either; nothing: they stay
   bool dropped_plan = false;                             // `next` only gives up a planned map, as newcomers died
   std::string given_up = {};                             // why the world cannot go on from its workers; empty: it can
+  std::string awaits = {};  // "waits for host beta, silent since ...: region 3"; empty: for nobody
 };
 
 class Failovers {
@@ -76,20 +82,29 @@ class Failovers {
   const Told* ToldIn(const InstanceEntry& instance) const;
   bool OrdersAreOut(const InstanceEntry& instance) const;
   bool BegunByAnother(const InstanceEntry& instance) const;
-  std::vector<Death> Deaths(const InstanceEntry& instance, Now now) const;
+  std::vector<Death> Deaths(const InstanceEntry& instance, std::vector<std::size_t>& awaited, Now now) const;
   bool CarriedOnByAnother(const InstanceEntry& instance, std::size_t dead, Now now) const;
   bool Outlives(const InstanceEntry& instance, std::size_t standby, std::size_t other) const;
+  bool IsHeard(const WorkerEntry& worker, Now now) const;
+  bool MayHaveLastCopy(const InstanceEntry& instance, std::size_t index, Now now) const;
+  bool IsAwaited(const InstanceEntry& instance, std::size_t index, Now now) const;
+  Steady PatienceFor(const InstanceEntry& instance) const;
+  std::vector<std::size_t> SilentUnanswered(const InstanceEntry& instance, Now now) const;
+  std::optional<records::Instance> NextAwaited(const InstanceEntry& instance, const std::string& awaits, Now now);
+  FailoverStep GoOn(const InstanceEntry& instance, bool silent, Now now);
   FailoverStep Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const std::string& why,
                      const CutBetween& cut, Now now);
-  FailoverStep Resolve(const InstanceEntry& instance, Now now);
+  FailoverStep Resolve(const InstanceEntry& instance, bool silent, Now now);
   FailoverStep End(const InstanceEntry& instance, Now now);
 
   ClusterState& state_;
   ControlSettings settings_;
-  std::map<std::uint64_t, FailoverWatch> watches_;  // by instance number; empty while there was no failover
-  std::map<std::uint64_t, Steady> begun_at_;        // likewise; none for one that an earlier life began
-  std::map<std::uint64_t, Told> told_;              // likewise
-  std::map<std::uint64_t, std::uint64_t> adopted_;  // versions of the maps of failovers that an earlier life began
+  std::map<std::uint64_t, FailoverWatch> watches_;      // by instance number; empty while there was no failover
+  std::map<std::uint64_t, Steady> begun_at_;            // likewise; none for one that an earlier life began
+  std::map<std::uint64_t, Told> told_;                  // likewise
+  std::map<std::uint64_t, std::uint64_t> adopted_;      // versions of the maps of failovers that an earlier life began
+  std::map<std::uint64_t, Steady> silent_at_;           // when somebody whom the failover awaits was last silent
+  std::map<std::uint64_t, std::uint64_t> awaits_said_;  // version of the map under which an event said who is awaited
 };
 
 }  // namespace tessera::control

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "control_plane/cluster/orders.h"
 #include "control_plane/standbys.h"
 #include "control_plane/testing/state_rig.h"
@@ -56,6 +58,37 @@ class FailoversTest : public ::testing::Test {
   static void Own(std::uint32_t region, v1::BodyEpochs& bodies) {
     bodies.add_bodies(1000 * region);
     bodies.add_epochs(1);
+  }
+  // Alpha's agent and workers are heard, beta's agent is not.
+  void PassWithoutBeta(milliseconds span) {
+    const Steady last = beta_.last_heard;
+    rig_.Pass(span);
+    beta_.last_heard = last;
+    for (WorkerEntry& worker : instance_.workers) {
+      if (worker.region <= 2 && !worker.gone) worker.reported_at = rig_.now.steady;
+    }
+  }
+  bool Runs(std::uint32_t region) const {
+    return std::any_of(instance_.workers.begin(), instance_.workers.end(),
+                       [region](const WorkerEntry& worker) { return worker.region == region; });
+  }
+  // Region 1 dies while beta, which has its standby, is silent. Gives the standby, which is waited for by name.
+  std::uint32_t LoseWhileBetaIsSilent() {
+    const std::uint32_t standby = StandbyOf(instance_.record, 1);
+    EXPECT_GE(standby, 3U) << "on beta";
+    beta_.last_heartbeat_time = std::chrono::seconds(1'576'800'000);
+    PassWithoutBeta(rig_.settings.failover_after + milliseconds(1));
+    rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, 1), "killed");
+    EXPECT_TRUE(Take(Next()));
+    EXPECT_TRUE(Runs(standby)) << "it is only silent";
+    EXPECT_TRUE(Take(Next())) << "an event says so";
+    SendInventory(2);
+    return standby;
+  }
+  void KeepCheckpoint() {
+    records::Instance next = instance_.record;
+    next.add_checkpoints()->set_tick(50);
+    ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
   }
   void ResumeAll() {
     for (WorkerEntry& worker : instance_.workers) worker.report.set_map_version(instance_.record.map().version());
@@ -116,15 +149,10 @@ TEST_F(FailoversTest, AnExitIsWalkedFromTheMapWithoutItToTheWorldThatRunsAgain) 
 }
 
 TEST_F(FailoversTest, ASilentWorkerIsDeadOnlyWhileItsStandbyIsHeardAndSaysNothingOfIt) {
-  const auto silence = [&](milliseconds span) {
-    const Steady last = beta_.last_heard;
-    rig_.Pass(span);
-    beta_.last_heard = last;
-  };
-  silence(rig_.settings.failover_after);
+  PassWithoutBeta(rig_.settings.failover_after);
   EXPECT_FALSE(Next().next) << "not for long enough";
   for (WorkerEntry& worker : instance_.workers) worker.witnessed_at = rig_.now.steady;
-  silence(milliseconds(1));
+  PassWithoutBeta(milliseconds(1));
   EXPECT_FALSE(Next().next) << "a witness has seen it alive";
   for (WorkerEntry& worker : instance_.workers) worker.witnessed_at = Steady(0);
   const FailoverStep step = Next();
@@ -145,6 +173,7 @@ TEST_F(FailoversTest, WhoIsSilentIsWaitedForUntilTheLeaseHasRunOut) {
   EXPECT_EQ(rig_.state->effects().leases.size(), 1U) << "alpha does not run it";
   for (WorkerEntry& silent : instance_.workers) silent.leased_at = rig_.now.steady;
   alpha_.last_heard = beta_.last_heard + rig_.settings.failover_after;
+  for (const std::uint32_t region : {1, 2}) StateRig::WorkerOf(instance_, region).reported_at = alpha_.last_heard;
   rig_.now.steady += rig_.settings.failover_after + milliseconds(1);
   ASSERT_TRUE(Take(Next()));
   for (const std::uint32_t region : {1, 2}) SendInventory(region);
@@ -162,6 +191,107 @@ TEST_F(FailoversTest, ARegionThatDiesWithItsStandbyIsGivenUp) {
   const FailoverStep step = Next();
   EXPECT_FALSE(step.next);
   EXPECT_THAT(step.given_up, HasSubstr("lost together with its standby: region 1"));
+}
+
+TEST_F(FailoversTest, AStandbyThatIsOnlySilentIsWaitedForByNameAndTheRegionIsCarriedOnWhenItIsHeard) {
+  const std::uint32_t standby = LoseWhileBetaIsSilent();
+  EXPECT_THAT(instance_.record.events().rbegin()->text(),
+              HasSubstr("waits for host beta, silent since 2019-12-20T00:00:00Z: region"));
+  PassWithoutBeta(rig_.settings.silence_patience - milliseconds(1));
+  FailoverStep step = Next();
+  EXPECT_EQ(step.given_up, "");
+  EXPECT_FALSE(step.next) << "the event is said once";
+  EXPECT_THAT(step.awaits, HasSubstr("host beta, silent since 2019-12-20T00:00:00Z: region"));
+  rig_.Pass(rig_.settings.failover_timeout - milliseconds(1));
+  step = Next();
+  EXPECT_EQ(step.given_up, "") << "who is heard again has its time to answer";
+  EXPECT_EQ(step.awaits, "");
+  for (const std::uint32_t region : {3, 4}) {
+    if (Runs(region)) SendInventory(region);
+  }
+  ASSERT_TRUE(Tell(Next()));
+  ASSERT_TRUE(Take(Next()));
+  const auto& takeovers = instance_.record.failover().resolution().takeovers();
+  EXPECT_TRUE(std::any_of(takeovers.begin(), takeovers.end(), [standby](const v1::Takeover& takeover) {
+    return takeover.body() == 1000 && takeover.region() == standby;
+  }));
+  EXPECT_EQ(instance_.record.lost_bodies(), 0U);
+}
+
+TEST_F(FailoversTest, ASilentStandbyIsWaitedForNoLongerThanThePatience) {
+  LoseWhileBetaIsSilent();
+  PassWithoutBeta(rig_.settings.silence_patience);
+  const FailoverStep step = Next();
+  EXPECT_FALSE(step.next);
+  EXPECT_NE(step.given_up, "");
+  EXPECT_EQ(step.awaits, "");
+}
+
+TEST_F(FailoversTest, AWorldThatCanGoBackToACheckpointWaitsForASilentStandbyAsForAnyAnswer) {
+  KeepCheckpoint();
+  LoseWhileBetaIsSilent();
+  PassWithoutBeta(rig_.settings.failover_timeout - milliseconds(1));
+  EXPECT_EQ(Next().given_up, "");
+  PassWithoutBeta(milliseconds(1));
+  EXPECT_NE(Next().given_up, "");
+}
+
+TEST_F(FailoversTest, ASilentStandbyThatIsKnownToBeGoneIsWaitedForNoMore) {
+  const std::uint32_t standby = LoseWhileBetaIsSilent();
+  rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, standby), "host beta was evicted");
+  EXPECT_THAT(Next().given_up, HasSubstr("lost together with its standby: region 1"));
+}
+
+// The control plane after this one finds a failover that may have been resolved.
+TEST_F(FailoversTest, AnotherLifeWaitsForTheSilentStandbyAsWell) {
+  const std::uint32_t standby = LoseWhileBetaIsSilent();
+  Failovers another(*rig_.state, rig_.settings);
+  another.Adopt(instance_, rig_.now);
+  ASSERT_TRUE(Take(another.Next(instance_, kNoCuts, rig_.now)));
+  PassWithoutBeta(rig_.settings.failover_timeout);
+  ASSERT_TRUE(Take(another.Next(instance_, kNoCuts, rig_.now))) << "another event";
+  const FailoverStep step = another.Next(instance_, kNoCuts, rig_.now);
+  EXPECT_EQ(step.given_up, "");
+  EXPECT_THAT(step.awaits, HasSubstr("host beta"));
+  EXPECT_TRUE(Runs(standby));
+}
+
+// Its agent is heard before it has said which of its workers it found dead.
+TEST_F(FailoversTest, AnAgentIsNoWitnessForAWorkerOfWhichItHasSaidNothing) {
+  const Steady last = alpha_.last_heard;
+  PassWithoutBeta(rig_.settings.failover_after + milliseconds(1));
+  for (WorkerEntry& worker : instance_.workers) worker.reported_at = last;
+  EXPECT_FALSE(Next().next) << "both were last heard of at one time";
+  PassWithoutBeta(milliseconds(1));
+  EXPECT_TRUE(Next().next);
+}
+
+// Of region 1 nothing is heard but what its standby says, which has the only copy of it.
+TEST_F(FailoversTest, WhoMayHaveTheLastCopyOfAnotherSilentRegionIsNotDeclaredDead) {
+  HostEntry& gamma = rig_.AddHost("gamma");
+  InstanceEntry& world = rig_.AddRunning({&alpha_, &beta_, &gamma});
+  const std::uint32_t standby = StandbyOf(world.record, 1);
+  ASSERT_NE(standby, 0U);
+  HostEntry& second = standby == 2 ? beta_ : gamma;
+  HostEntry& third = standby == 2 ? gamma : beta_;
+  rig_.Pass(rig_.settings.failover_after + milliseconds(1));
+  alpha_.last_heard = second.last_heard = rig_.now.steady - rig_.settings.failover_after - milliseconds(1);
+  for (WorkerEntry& worker : world.workers) {
+    const HostEntry* host = HostAt(*rig_.state, world, static_cast<std::size_t>(&worker - world.workers.data()));
+    if (host != &third) continue;
+    worker.reported_at = rig_.now.steady;
+    worker.report.add_standby_copies()->set_incarnation(StateRig::WorkerOf(world, standby).incarnation);
+  }
+  const auto dies = [&] {
+    const FailoverStep step = failovers_.Next(world, kNoCuts, rig_.now);
+    return step.next && std::any_of(step.next->failover().dead().begin(), step.next->failover().dead().end(),
+                                    [&](const records::Dead& dead) { return dead.region() == standby; });
+  };
+  EXPECT_FALSE(dies()) << "region 1 may have died";
+  alpha_.last_heard = rig_.now.steady;
+  EXPECT_FALSE(dies()) << "its agent may not have found out";
+  StateRig::WorkerOf(world, 1).reported_at = rig_.now.steady;
+  EXPECT_TRUE(dies()) << "it has not";
 }
 
 TEST_F(FailoversTest, AFailoverThatNobodyAnswersIsGivenUpInTheEnd) {

@@ -175,6 +175,7 @@ void Instances::NoteHealth(InstanceEntry& instance, Now now) {
   if (record.has_failover()) causes.push_back(absl::StrCat("failover of ", DescribeFailover(record.failover())));
   if (record.state() == v1::INSTANCE_STATE_RUNNING) {
     if (!instance.unstored.empty()) causes.push_back(absl::StrCat("its next step is not stored: ", instance.unstored));
+    causes.push_back(instance.awaits);
     causes.push_back(DegradedReason(FactsOfWorkers(state_, instance)));
     causes.push_back(faults.Text());
   }

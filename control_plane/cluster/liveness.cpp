@@ -7,10 +7,13 @@
 
 namespace tessera::control {
 
-bool Silent(const ClusterState& state, const InstanceEntry& instance, std::size_t index, Steady after, Now now) {
+Steady LastSignOf(const ClusterState& state, const InstanceEntry& instance, std::size_t index) {
   const HostEntry* host = HostAt(state, instance, index);
-  return host == nullptr ||
-         (now.steady - host->last_heard > after && now.steady - instance.workers[index].witnessed_at > after);
+  return host == nullptr ? Steady(0) : std::max(host->last_heard, instance.workers[index].witnessed_at);
+}
+
+bool Silent(const ClusterState& state, const InstanceEntry& instance, std::size_t index, Steady after, Now now) {
+  return HostAt(state, instance, index) == nullptr || now.steady - LastSignOf(state, instance, index) > after;
 }
 
 bool AllRunByMap(const InstanceEntry& instance) {

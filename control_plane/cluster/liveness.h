@@ -7,6 +7,9 @@
 
 namespace tessera::control {
 
+// When the worker's agent was last heard, or its standby last gave a sign of it; 0: its host was removed.
+Steady LastSignOf(const ClusterState& state, const InstanceEntry& instance, std::size_t index);
+
 // True if neither the worker's agent nor its standby has given a sign of it for `after`.
 bool Silent(const ClusterState& state, const InstanceEntry& instance, std::size_t index, Steady after, Now now);
 

@@ -41,6 +41,7 @@ absl::Status Reconciler::Enter(Now now, InstanceEntry& instance, const Step& ste
 
 std::optional<Reconciler::Step> Reconciler::NextStep(Now now, InstanceEntry& instance) {
   const v1::InstanceState state = instance.record.state();
+  if (state != v1::INSTANCE_STATE_RUNNING || !instance.restore_wanted.empty()) instance.awaits.clear();
   if (state == v1::INSTANCE_STATE_PLACING) return parts_.instances.NextPlaced(instance, now);
   if (state == v1::INSTANCE_STATE_RUNNING) {
     if (auto next = FailedByGame(instance.record, now)) {
@@ -65,6 +66,7 @@ std::optional<Reconciler::Step> Reconciler::NextStep(Now now, InstanceEntry& ins
 std::optional<Reconciler::Step> Reconciler::NextFailoverOrChange(Now now, InstanceEntry& instance) {
   if (!instance.restore_wanted.empty()) return std::nullopt;
   FailoverStep step = parts_.failovers.Next(instance, parts_.changes.CutsOf(instance), now);
+  instance.awaits = std::move(step.awaits);
   if (step.dropped_plan || !step.given_up.empty()) parts_.changes.RetryLater(instance.number, now);
   if (!step.given_up.empty()) {
     return parts_.checkpoints.GiveUp(instance, InstanceCheckpoints::Cause::kDied, step.given_up, now);

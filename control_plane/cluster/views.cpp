@@ -69,7 +69,8 @@ void AddChange(const ClusterState& state, const InstanceEntry& instance, v1::Ins
     if (!instance.restore_waits.empty()) absl::StrAppend(change.mutable_text(), "; waits: ", instance.restore_waits);
     change.set_version(record.map().version());
   } else if (record.has_failover()) {
-    change.set_text(absl::StrCat("failover of ", DescribeFailover(record.failover())));
+    change.set_text(absl::StrCat("failover of ", DescribeFailover(record.failover()),
+                                 instance.awaits.empty() ? "" : "; ", instance.awaits));
     change.set_version(record.map().version());
   } else if (const std::string plan = DescribePlan(record); !plan.empty()) {
     change.set_text(absl::StrCat(plan, DescribeWait(instance)));
