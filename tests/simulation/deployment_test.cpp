@@ -291,6 +291,24 @@ TEST_F(DeploymentTest, AMachineThatCrashesIsPromotedAndComesBackEmpty) {
   }
 }
 
+// All that the crashed machine ran is carried on by workers of the other one, which live and whom nobody can ask.
+TEST_F(DeploymentTest, AWorldWhoseStandbysNoAgentSpeaksForWaitsForOneAndLosesNothing) {
+  for (const Micros away : {Milliseconds(3000), Milliseconds(20'000)}) {
+    Deployed run;
+    run.deployment.host(2).KillAgent();
+    run.deployment.host(1).Crash();
+    run.deployment.RunFor(Milliseconds(1000));
+    run.deployment.host(1).StartAgent();
+    run.deployment.RunFor(away);
+    EXPECT_EQ(run.deployment.instance().state(), v1::INSTANCE_STATE_DEGRADED) << run.deployment.Standing();
+    EXPECT_THAT(run.deployment.instance().reason(), testing::HasSubstr("waits for host host2, silent since "));
+    run.deployment.host(2).StartAgent();
+    run.deployment.RunFor(Milliseconds(2000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 2U) << run.deployment.Standing();
+    run.ExpectWhole();
+  }
+}
+
 // The standby's copy is old then. Bodies that come in meanwhile are acknowledged to nobody, so whoever granted them has
 // them still.
 TEST_F(DeploymentTest, ARegionThatDiesLongAfterItsStandbyHeardOfItLosesNoBody) {

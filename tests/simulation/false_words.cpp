@@ -66,6 +66,7 @@ void FalseWords::Look(Micros now, std::span<const RegionId> world, std::span<con
     }
     if (word.said == Said::kOver && !std::exchange(speaker.over, true)) {
       ++lies_;
+      ++ended_;
       Problem(now, "the world is said to be over, and nobody ended it");
     }
     running_ = std::max(running_, speaker.running.longest);

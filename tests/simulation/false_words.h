@@ -81,6 +81,8 @@ class FalseWords {
   std::uint64_t two_owners() const { return two_owners_; }
   std::uint64_t lost_changes() const { return lost_changes_; }
   std::uint64_t lies() const { return lies_; }
+  // Reigns that said of the world that it is over; among the lies.
+  std::uint64_t ended() const { return ended_; }
   // All of it for a person: "12.340 s: RUNNING is said for 2.010 s, region 3 stands since 10.080 s".
   const std::vector<std::string>& problems() const { return problems_; }
 
@@ -111,7 +113,7 @@ class FalseWords {
   Stretch silent_, standing_;
   Micros running_ = 0, degraded_ = 0;
   std::set<std::string> acknowledged_;
-  std::uint64_t two_owners_ = 0, lost_changes_ = 0, lies_ = 0;
+  std::uint64_t two_owners_ = 0, lost_changes_ = 0, lies_ = 0, ended_ = 0;
   std::vector<std::string> problems_;
 };
 

@@ -403,6 +403,7 @@ void LeaderRunner::Conclude(LeaderOutcome& outcome) {
   outcome.stood = words.stood();
   outcome.two_owners = words.two_owners() + deployment_.totals().two_owners + deployment_.invariants().doubled();
   outcome.lies = words.lies();
+  outcome.ended = words.ended();
   outcome.lost_changes = words.lost_changes();
   outcome.hash = deployment_.hash();
 }

@@ -89,6 +89,7 @@ struct LeaderOutcome {
   std::vector<Micros> gaps;     // in which nobody led
   Micros stood = 0;             // the longest time in which not all regions stepped
   std::uint64_t two_owners = 0, lies = 0, lost_changes = 0, acknowledged = 0, lost_bodies = 0;
+  std::uint64_t ended = 0;  // times that the world was said to be over, which nobody ended; among the lies
   std::uint64_t hash = 0;
 };
 

@@ -16,6 +16,7 @@ void LeaderSums::Add(const LeaderOutcome& outcome) {
   lost_changes += outcome.lost_changes;
   two_owners += outcome.two_owners;
   lies += outcome.lies;
+  ended += outcome.ended;
   lost_bodies += outcome.lost_bodies;
   for (std::size_t i = 0; i < kLeaderFaultKinds; ++i) faults[i] += outcome.faults[i];
   gaps.insert(gaps.end(), outcome.gaps.begin(), outcome.gaps.end());
@@ -40,8 +41,8 @@ void LeaderSums::Print(std::ostream& out) const {
   }
   out << elections << " changes of leader; nobody led " << gaps.size() << " times, p50 " << GapMs(0.5) << " ms, worst "
       << GapMs(1) << " ms; a world stood for " << stood / 1000 << " ms at most\n"
-      << "two owners " << two_owners << ", lies " << lies << ", changes lost " << lost_changes << " of " << acknowledged
-      << " acknowledged, bodies lost " << lost_bodies << std::endl;
+      << "two owners " << two_owners << ", lies " << lies << ", worlds given up " << ended << ", changes lost "
+      << lost_changes << " of " << acknowledged << " acknowledged, bodies lost " << lost_bodies << std::endl;
 }
 
 void LeaderSums::WriteCsv(std::ostream& out) const {
@@ -60,6 +61,7 @@ void LeaderSums::WriteCsv(std::ostream& out) const {
   line("all", "world_stood_ms_max", stood / 1000, "ms");
   line("all", "two_owners", two_owners, "regions");
   line("all", "lies", lies, "lies");
+  line("all", "worlds_given_up", ended, "worlds");
   line("all", "acknowledged", acknowledged, "changes");
   line("all", "acknowledged_lost", lost_changes, "changes");
 }

@@ -14,7 +14,7 @@ namespace tessera::simulation {
 
 struct LeaderSums {
   std::uint64_t runs = 0, failed = 0, steps = 0, takeovers = 0, elections = 0;
-  std::uint64_t acknowledged = 0, lost_changes = 0, two_owners = 0, lies = 0, lost_bodies = 0;
+  std::uint64_t acknowledged = 0, lost_changes = 0, two_owners = 0, lies = 0, ended = 0, lost_bodies = 0;
   std::array<std::uint64_t, kLeaderFaultKinds> faults{};
   std::vector<Micros> gaps;  // in which nobody led
   Micros stood = 0;          // the longest time in which a world did not step

@@ -198,6 +198,16 @@ TEST_F(LeaderTest, DrawnFaultsOfLeadersAndStoresMakeNobodyLieAndLoseNothing) {
   EXPECT_GT(elections, 0U);
 }
 
+// Each of these worlds was given up for a standby that was only silent: its agent was dead, or could not be heard.
+TEST_F(LeaderTest, AWorldWhoseStandbysAreOnlySilentIsNotGivenUp) {
+  for (const std::uint64_t seed : {5233, 6199, 6305, 7027, 10061}) {
+    const LeaderScenario scenario = DrawLeaders(seed);
+    const LeaderOutcome outcome = simulation::Run(scenario);
+    EXPECT_THAT(outcome.problems, IsEmpty()) << seed << ": " << Describe(scenario);
+    EXPECT_EQ(outcome.ended, 0U) << seed;
+  }
+}
+
 TEST_F(LeaderTest, ASeedGivesTheSameRunAgain) {
   const LeaderOutcome one = simulation::Run(DrawLeaders(3)), other = simulation::Run(DrawLeaders(3));
   EXPECT_EQ(one.hash, other.hash);
