@@ -69,6 +69,7 @@ absl::Status WriteBackup(const Store& store, const std::function<absl::Status(st
   if (!entries.ok()) return entries.status();
   std::string file(kBackupHead);
   for (const StoreEntry& entry : *entries) {
+    if (entry.damaged) return absl::DataLossError(absl::StrCat("store: ", entry.key, ": is not whole"));
     PutLength(static_cast<std::uint32_t>(entry.key.size()), file);
     PutLength(static_cast<std::uint32_t>(entry.value.size()), file);
     file += entry.key;

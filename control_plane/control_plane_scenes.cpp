@@ -58,7 +58,10 @@ absl::Status ControlPlane::WriteScenePieces(const std::vector<std::string>& keys
 // Those that cannot be removed are found by the next life.
 void ControlPlane::RemoveScenePieces(const std::vector<std::string>& keys) {
   for (const std::string& key : keys) {
-    if (const auto piece = store_.Get(key); piece.ok()) (void)store_.Delete(key, piece->revision);
+    // By a list, which has damaged ones too.
+    const auto found = store_.List(key);
+    const bool there = found.ok() && !found->empty() && found->front().key == key;
+    if (there) (void)store_.Delete(key, found->front().revision);
   }
 }
 

@@ -76,13 +76,18 @@ TEST(ScenePiecesTest, TheNextLifeFindsWhatIsOfNoInstance) {
               testing::UnorderedElementsAre("scene_piece/dead/02/0", "scene_piece/feed/01/0"));
 }
 
-TEST(ScenePiecesTest, ASceneWhosePiecesAreNotWholeIsNamed) {
+TEST(ScenePiecesTest, ASceneWhosePiecesAreNotWholeIsNamedAndStopsNobody) {
   MemoryStore store;
   const ScenePieces pieces{.version = "01", .bytes = kScenePieceBytes + 1};
   ASSERT_TRUE(store.Put(SceneKey("feed"), SceneRecord(pieces), kAbsent).ok());
   ASSERT_TRUE(store.Put(ScenePieceKeys("feed", pieces).front(), std::string(kScenePieceBytes, 'x'), kAbsent).ok());
   EXPECT_TRUE(absl::IsNotFound(ReadContent(store, SceneKey("feed")).status()));
-  EXPECT_EQ(ReadRecords(store).status(), absl::DataLossError("store: scene/feed: cannot be read"));
+  const auto read = ReadRecords(store);
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->unreadable.size(), 1U);
+  EXPECT_EQ(read->unreadable.front().key, "scene/feed");
+  EXPECT_EQ(read->unreadable.front().value, SceneRecord(pieces)) << "it is kept as it was";
+  EXPECT_TRUE(read->contents.empty());
 }
 
 class LargeSceneTest : public GrpcServerTest {

@@ -35,6 +35,7 @@ struct StoreEntry {
   std::string key;
   std::string value;
   Revision revision = kAbsent;
+  bool damaged = false;  // only in a list: the value is not whole in the store, and this is what is left of it
 };
 
 // One write of a transaction.
@@ -57,10 +58,10 @@ class Store {
  public:
   virtual ~Store() = default;
 
-  // kNotFound names the key.
+  // kNotFound names the key; kDataLoss: its value is not whole any more.
   virtual absl::StatusOr<StoreEntry> Get(std::string_view key) const = 0;
   // All keys that start with `prefix` and not with `without`, which is not read; ascending by byte value. Empty
-  // `without`: none is left out.
+  // `without`: none is left out. A value that is damaged is marked, and the rest of the list is there.
   virtual absl::StatusOr<std::vector<StoreEntry>> ListWithout(std::string_view prefix,
                                                               std::string_view without) const = 0;
   absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const { return ListWithout(prefix, {}); }

@@ -26,20 +26,38 @@ struct Fixture;
 template <>
 struct Fixture<MemoryStore> {
   std::unique_ptr<Store> store = std::make_unique<MemoryStore>();
+  static bool Damage() { return false; }
 };
 template <>
 struct Fixture<SqliteStore> {
   host::TemporaryFolder folder;
   std::unique_ptr<Store> store = *SqliteStore::Open(folder.path() + "/store.db");
+  static bool Damage() { return false; }
 };
 
 // The store of an elected leader.
 struct LedStore {
   explicit LedStore(const EtcdAddress& address)
-      : client(*EtcdClient::Make(address, {})), election(*client, address.prefix, {.operators = "a:1", .players = ""}) {
+      : prefix(address.prefix),
+        client(*EtcdClient::Make(address, {})),
+        election(*client, address.prefix, {.operators = "a:1", .players = ""}) {
     const auto fence = election.Campaign([](const auto&) {}, [] { return false; });
     store = *EtcdStore::Open(*client, address.prefix, *fence, nullptr);
   }
+  // Writes other bytes over the last chunk that there is.
+  bool Damage() const {
+    etcdserverpb::RangeRequest chunks;
+    chunks.set_key(prefix + "/chunk/");
+    chunks.set_range_end(EtcdRangeEnd(chunks.key()));
+    const auto found = client->Range(chunks, kEtcdReadPatience);
+    if (!found.ok() || found->kvs().empty()) return false;
+    etcdserverpb::TxnRequest other;
+    etcdserverpb::PutRequest& put = *other.add_success()->mutable_request_put();
+    put.set_key(found->kvs().rbegin()->key());
+    put.set_value("other bytes");
+    return client->Write(other, kEtcdWritePatience).ok();
+  }
+  std::string prefix;
   std::unique_ptr<EtcdClient> client;
   EtcdElection election;
   std::unique_ptr<Store> store;
@@ -50,6 +68,7 @@ struct Fixture<OnFakeEtcd> {
   FakeEtcd etcd;
   LedStore led{etcd.address()};
   std::unique_ptr<Store>& store = led.store;
+  bool Damage() const { return led.Damage(); }
 };
 // One etcd serves all tests, each under keys of its own.
 struct OnRealEtcd {};
@@ -61,6 +80,7 @@ struct Fixture<OnRealEtcd> {
   }
   LedStore led{NewAddress()};
   std::unique_ptr<Store>& store = led.store;
+  bool Damage() const { return led.Damage(); }
 };
 
 template <class S>
@@ -162,6 +182,32 @@ TYPED_TEST(StoreTest, KeepsLargeValuesWhole) {
   EXPECT_EQ(this->store_.Get("scene/1")->value, "tiny");
   EXPECT_TRUE(this->store_.Delete("scene/1", *third).ok());
   EXPECT_EQ(this->store_.Get("scene/1").status().code(), absl::StatusCode::kNotFound);
+}
+
+// Whoever lists finds all others, and the place of the damaged one can be cleared.
+TYPED_TEST(StoreTest, AValueThatIsNotWholeIsMarkedInItsListAndHidesNoOther) {
+  const std::string large(1'500'000, 'x');
+  ASSERT_TRUE(this->store_.Put("instance/1", "small", kAbsent).ok());
+  const Revision written = *this->store_.Put("instance/2", large, kAbsent);
+  ASSERT_TRUE(this->store_.Put("instance/3", "small", kAbsent).ok());
+  if (!this->fixture_.Damage()) {  // its values lie whole: none is marked
+    for (const StoreEntry& entry : *this->store_.List("instance/")) EXPECT_FALSE(entry.damaged) << entry.key;
+    return;
+  }
+  EXPECT_EQ(this->store_.Get("instance/2").status().code(), absl::StatusCode::kDataLoss);
+  const auto listed = this->store_.List("instance/");
+  ASSERT_TRUE(listed.ok()) << listed.status();
+  ASSERT_EQ(listed->size(), 3U);
+  EXPECT_FALSE((*listed)[0].damaged);
+  EXPECT_TRUE((*listed)[1].damaged);
+  EXPECT_FALSE((*listed)[2].damaged);
+  EXPECT_EQ((*listed)[1].revision, written);
+  EXPECT_EQ((*listed)[1].value.substr(0, 1000), large.substr(0, 1000)) << "what is left of it";
+  const StoreOp moved[] = {PutOp("unreadable/instance/2", (*listed)[1].value, kAbsent),
+                           DeleteOp("instance/2", written)};
+  ASSERT_TRUE(this->store_.Txn(moved).ok());
+  EXPECT_EQ(this->store_.Get("unreadable/instance/2")->value, (*listed)[1].value);
+  EXPECT_EQ(this->store_.List("instance/")->size(), 2U);
 }
 
 // All events that a world's game published are forgotten at once.

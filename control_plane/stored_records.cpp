@@ -1,6 +1,7 @@
 #include "control_plane/stored_records.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -33,7 +34,7 @@ absl::Status ReadAll(const Store& store, const char* prefix, std::vector<StoredR
     StoredRecord<Record> stored;
     stored.number = NumberOf(entry.key, prefix);
     stored.revision = entry.revision;
-    if (stored.number != 0 && stored.record.ParseFromString(entry.value) && IsSound(stored.record)) {
+    if (stored.number != 0 && ReadRecord(entry, stored.record) && IsSound(stored.record)) {
       all.push_back(std::move(stored));
     } else {
       unreadable.push_back(std::move(entry));
@@ -63,7 +64,7 @@ absl::Status ReadPlayers(const Store& store, std::map<std::uint64_t, StoredPlaye
     std::uint32_t bucket = 0;
     records::PlayerBucket read;
     if (instance == 0 || !absl::SimpleAtoi(std::string(key.substr(slash + 1)), &bucket) ||
-        PlayersKey(instance, bucket) != key || !read.ParseFromString(entry.value) ||
+        PlayersKey(instance, bucket) != key || !ReadRecord(entry, read) ||
         !players[instance].players.SetBucket(bucket, std::move(read)).ok()) {
       unreadable.push_back(std::move(entry));
     } else {
@@ -151,25 +152,44 @@ std::vector<std::string> ContentKeys(const records::Instance& record) {
 
 namespace {
 
-// Scenes that lie in pieces, whole, and the pieces of none.
+absl::Status ReadContents(const Store& store, StoredRecords& stored) {
+  for (const char* prefix : {kScenePrefix, kGamePrefix}) {
+    auto contents = store.List(prefix);
+    if (!contents.ok()) return contents.status();
+    for (StoreEntry& entry : *contents) {
+      if (entry.damaged) {
+        stored.unreadable.push_back(std::move(entry));
+      } else {
+        stored.contents[entry.key] = {std::move(entry.value), entry.revision};
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+// Scenes that lie in pieces, whole, and the pieces of none. A damaged piece is as good as none.
 absl::Status ReadScenePieces(const Store& store, StoredRecords& stored) {
   auto all = store.List(kScenePiecePrefix);
   if (!all.ok()) return all.status();
-  std::map<std::string, std::string> pieces;  // by key
-  for (StoreEntry& entry : *all) pieces[entry.key] = std::move(entry.value);
+  std::map<std::string, StoreEntry> pieces;  // by key
+  for (StoreEntry& entry : *all) pieces[entry.key] = std::move(entry);
+  std::vector<std::string> not_whole;
   for (auto& [key, content] : stored.contents) {
     content.pieces = IsSceneKey(key) ? ReadSceneRecord(content.bytes) : std::nullopt;
     if (!content.pieces) continue;
-    content.bytes.clear();
+    std::string record = std::exchange(content.bytes, "");
     for (const std::string& piece : ScenePieceKeys(key.substr(sizeof kScenePrefix - 1), *content.pieces)) {
       const auto found = pieces.find(piece);
-      if (found == pieces.end()) return Damaged(key);
-      content.bytes += found->second;
+      if (found == pieces.end()) continue;
+      if (!found->second.damaged) content.bytes += found->second.value;
       pieces.erase(found);
     }
-    if (content.bytes.empty() || content.bytes.size() != content.pieces->bytes) return Damaged(key);
+    if (!content.bytes.empty() && content.bytes.size() == content.pieces->bytes) continue;
+    stored.unreadable.push_back({key, std::move(record), content.revision});
+    not_whole.push_back(key);
   }
-  for (const auto& [key, bytes] : pieces) stored.stray_pieces.push_back(key);
+  for (const std::string& key : not_whole) stored.contents.erase(key);
+  for (const auto& [key, piece] : pieces) stored.stray_pieces.push_back(key);
   return absl::OkStatus();
 }
 
@@ -183,11 +203,7 @@ absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
     return status;
   }
   if (absl::Status status = ReadPlayers(store, stored.players, stored.unreadable); !status.ok()) return status;
-  for (const char* prefix : {kScenePrefix, kGamePrefix}) {
-    auto contents = store.List(prefix);
-    if (!contents.ok()) return contents.status();
-    for (StoreEntry& entry : *contents) stored.contents[entry.key] = {std::move(entry.value), entry.revision};
-  }
+  if (absl::Status status = ReadContents(store, stored); !status.ok()) return status;
   if (absl::Status status = ReadScenePieces(store, stored); !status.ok()) return status;
   return stored;
 }

@@ -90,9 +90,17 @@ struct StoredRecords {
   std::map<std::string, StoredContent> contents;           // by key
   std::vector<std::string> stray_pieces;                   // keys of pieces that no scene's record names
   std::map<std::uint64_t, StoredPlayers> players;          // by the instance's number; none where it has none
-  std::vector<StoreEntry> unreadable;  // records of hosts, instances and players; none of the above has them
+  // Records of hosts, instances, players, scenes and games; none of the above has them. A scene that lies in pieces is
+  // one if one of them lacks or is damaged.
+  std::vector<StoreEntry> unreadable;
 };
 
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store);
+
+// The record that an entry of a list holds. False: it cannot be read, or is not whole in the store.
+template <class Record>
+bool ReadRecord(const StoreEntry& entry, Record& record) {
+  return !entry.damaged && record.ParseFromString(entry.value);
+}
 
 }  // namespace tessera::control

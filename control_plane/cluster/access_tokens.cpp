@@ -65,7 +65,7 @@ absl::Status AccessTokens::Load() {
   if (!entries.ok()) return entries.status();
   for (const StoreEntry& stored : *entries) {
     Entry entry{.record = {}, .revision = stored.revision};
-    if (!entry.record.ParseFromString(stored.value) || stored.key != kTokenPrefix + entry.record.name()) {
+    if (!ReadRecord(stored, entry.record) || stored.key != kTokenPrefix + entry.record.name()) {
       if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
       continue;
     }

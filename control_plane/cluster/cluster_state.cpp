@@ -62,7 +62,8 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store, b
       return status;
     }
   }
-  state->effects_.scene_pieces = std::move(stored->stray_pieces);
+  // While something is set aside, it may be a scene whose pieces they are.
+  if (state->set_aside_.empty()) state->effects_.scene_pieces = std::move(stored->stray_pieces);
   for (const auto& [key, content] : stored->contents) {
     if (absl::Status status = state->AdoptContent(key, content); !status.ok()) return status;
   }
@@ -271,15 +272,6 @@ absl::Status ClusterState::RemoveHost(HostEntry& host, const absl::Status& why) 
   return absl::OkStatus();
 }
 
-std::vector<StoreOp> ClusterState::PutMissing(const records::Instance& record, const Contents& contents) const {
-  std::vector<StoreOp> ops;
-  for (const std::string& key : ContentKeys(record)) {
-    if (contents_.contains(key)) continue;
-    ops.push_back(PutOp(key, IsSceneKey(key) ? contents.scene : contents.game, kAbsent));
-  }
-  return ops;
-}
-
 absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance record, const Contents& contents) {
   records::Counters counters = counters_.record;
   const std::uint64_t number = counters.last_instance() + 1;
@@ -325,7 +317,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   ops.insert(ops.end(), missing.begin(), missing.end());
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
-    const bool last = use != contents_.end() && use->second.instances == 1;
+    const bool there = use != contents_.end() && use->second.revision != kAbsent;
+    const bool last = there && use->second.instances == 1;
     if (last && !keep) ops.push_back(DeleteOp(key, use->second.revision));
   }
   const auto written = Write(ops);

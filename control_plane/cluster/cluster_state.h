@@ -178,8 +178,9 @@ class ValuesOf {
 
 class ClusterState {
  public:
-  // Reads all records and begins a new life on the store. Hosts, instances and buckets of players that cannot be read
-  // are set aside; DATA_LOSS: the counters cannot be read. `drop_set_aside` deletes those that lives before set aside.
+  // Reads all records and begins a new life on the store. Hosts, instances, buckets of players, scenes and games that
+  // cannot be read are set aside; DATA_LOSS: the counters cannot be read. `drop_set_aside` deletes those that lives
+  // before set aside.
   static absl::StatusOr<std::unique_ptr<ClusterState>> Load(Store& store, bool drop_set_aside = false);
 
   // All that questions are asked of, as it is now. Nothing changes in it, and it writes nothing.
@@ -200,7 +201,7 @@ class ClusterState {
   // True if an instance that has not ended uses the scene or game, which then lies in the store under this key.
   bool ContentInUse(const std::string& key) const {
     const auto found = contents_.find(key);
-    return found != contents_.end() && found->second.instances > 0;
+    return found != contents_.end() && found->second.instances > 0 && found->second.revision != kAbsent;
   }
   // True if there was a host of this number, and it was removed.
   bool WasHost(std::uint64_t number) const {
@@ -289,8 +290,8 @@ class ClusterState {
 
  private:
   struct ContentUse {
-    int instances = 0;  // that use it, and makers of such that hold it
-    Revision revision = kAbsent;
+    int instances = 0;            // that use it, and makers of such that hold it
+    Revision revision = kAbsent;  // kAbsent: the store lacks it, for it could not be read
     std::optional<ScenePieces> pieces{};
   };
 

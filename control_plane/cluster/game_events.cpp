@@ -46,7 +46,7 @@ absl::Status GameEvents::Load() {
   if (!heads.ok()) return heads.status();
   for (const StoreEntry& entry : *heads) {
     Log& log = logs_[NumberOf(entry.key, kHeads)];
-    if (log.head.ParseFromString(entry.value)) {
+    if (ReadRecord(entry, log.head)) {
       log.revision = entry.revision;
       continue;
     }
@@ -59,7 +59,7 @@ absl::Status GameEvents::Load() {
     for (const StoreEntry& entry : *events) {
       Kept kept;
       kept.revision = entry.revision;
-      if (kept.event.ParseFromString(entry.value)) {
+      if (ReadRecord(entry, kept.event)) {
         log.events.push_back(std::move(kept));
       } else if (absl::Status status = state_.SetAside(entry); !status.ok()) {
         return status;

@@ -75,7 +75,7 @@ absl::Status GameMessages::Load() {
     sent.revision = entry.revision;
     const std::vector<std::string> parts = absl::StrSplit(entry.key, '/');
     std::uint64_t instance = 0;
-    if (parts.size() != 3 || !absl::SimpleAtoi(parts[1], &instance) || !sent.record.ParseFromString(entry.value)) {
+    if (parts.size() != 3 || !absl::SimpleAtoi(parts[1], &instance) || !ReadRecord(entry, sent.record)) {
       if (absl::Status status = state_.SetAside(entry); !status.ok()) return status;
       continue;
     }

@@ -40,7 +40,7 @@ absl::Status Issuers::Load() {
   if (!ids.ok()) return ids.status();
   for (const StoreEntry& stored : *ids) {
     records::ClusterId record;
-    if (!record.ParseFromString(stored.value) || record.id().size() != trust::TicketCluster().size()) {
+    if (!ReadRecord(stored, record) || record.id().size() != trust::TicketCluster().size()) {
       return absl::DataLossError(absl::StrCat("store: ", stored.key, ": cannot be read"));
     }
     cluster_id_ = record.id();
@@ -49,7 +49,7 @@ absl::Status Issuers::Load() {
   if (!entries.ok()) return entries.status();
   for (const StoreEntry& stored : *entries) {
     Entry entry{.record = {}, .revision = stored.revision};
-    if (!entry.record.ParseFromString(stored.value) || stored.key != kIssuerPrefix + entry.record.name() ||
+    if (!ReadRecord(stored, entry.record) || stored.key != kIssuerPrefix + entry.record.name() ||
         !IsIssuerKey(entry.record.public_key())) {
       if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
       continue;

@@ -68,7 +68,7 @@ absl::Status Revocations::Load() {
   const auto entries = state_.ListStored(kRevocationsKey);
   if (!entries.ok()) return entries.status();
   for (const StoreEntry& entry : *entries) {
-    if (entry.key != kRevocationsKey || !record_.ParseFromString(entry.value)) {
+    if (entry.key != kRevocationsKey || !ReadRecord(entry, record_)) {
       return absl::DataLossError(absl::StrCat("store: ", entry.key, ": cannot be read"));
     }
     revision_ = entry.revision;
@@ -100,7 +100,7 @@ absl::Status Revocations::TakeOldBans(std::vector<StoreOp>& ops) {
   if (!entries.ok()) return entries.status();
   for (const StoreEntry& entry : *entries) {
     records::Ban ban;
-    if (!ban.ParseFromString(entry.value)) {
+    if (!ReadRecord(entry, ban)) {
       return absl::DataLossError(absl::StrCat("store: ", entry.key, ": cannot be read"));
     }
     revoked_.bans[{ban.instance_id(), ban.player_id()}] = ban;

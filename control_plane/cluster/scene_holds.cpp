@@ -1,4 +1,5 @@
-// ClusterState's part in large scenes: who holds one while an instance is made with it.
+// ClusterState's part in scenes and games: what the store lacks, and who holds a large scene while an instance is made
+// with it.
 #include <string>
 #include <vector>
 
@@ -7,9 +8,21 @@
 
 namespace tessera::control {
 
+std::vector<StoreOp> ClusterState::PutMissing(const records::Instance& record, const Contents& contents) const {
+  std::vector<StoreOp> ops;
+  for (const std::string& key : ContentKeys(record)) {
+    const auto use = contents_.find(key);
+    if (use != contents_.end() && use->second.revision != kAbsent) continue;
+    const std::string& bytes = IsSceneKey(key) ? contents.scene : contents.game;
+    if (use != contents_.end() && bytes.empty()) continue;  // the store has lost it, and nobody brings it
+    ops.push_back(PutOp(key, bytes, kAbsent));
+  }
+  return ops;
+}
+
 bool ClusterState::HoldScene(const std::string& hash) {
   const auto use = contents_.find(SceneKey(hash));
-  if (use == contents_.end()) return false;
+  if (use == contents_.end() || use->second.revision == kAbsent) return false;
   ++use->second.instances;
   return true;
 }
@@ -23,7 +36,10 @@ absl::Status ClusterState::AdoptScene(const std::string& hash, const ScenePieces
   const std::string key = SceneKey(hash);
   const auto written = WriteStored(std::vector<StoreOp>{PutOp(key, SceneRecord(pieces), kAbsent)});
   if (!written.ok()) return written.status();
-  contents_[key] = {.instances = 1, .revision = *written, .pieces = pieces};
+  ContentUse& use = contents_[key];  // instances may need it already, of which it was lost
+  ++use.instances;
+  use.revision = *written;
+  use.pieces = pieces;
   return absl::OkStatus();
 }
 
@@ -31,6 +47,7 @@ void ClusterState::ReleaseScene(const std::string& hash) {
   const auto use = contents_.find(SceneKey(hash));
   if (use == contents_.end() || --use->second.instances > 0) return;
   if (!set_aside_.empty()) return;  // one that is set aside may use it
+  if (use->second.revision == kAbsent) return ForgetContent(use);
   // Where it cannot be removed now, the next life does it.
   if (Write(std::vector<StoreOp>{DeleteOp(use->first, use->second.revision)}).ok()) ForgetContent(use);
 }

@@ -96,6 +96,42 @@ TEST_F(SetAsideTest, ASceneThatItMayUseStaysAndCanBeUsedAgain) {
   EXPECT_FALSE(rig_.store.Get(scene).ok()) << "nothing may need it any more";
 }
 
+// Its worlds run on, and what is left of it stays.
+TEST_F(SetAsideTest, ASceneThatLacksAPieceGoesAloneAndTheNextWorldStoresItAnew) {
+  const std::string hash = rig_.state->FindInstance(first_)->record.scene_hash();
+  const ScenePieces pieces{.version = "01", .bytes = 10};
+  const std::string piece = ScenePieceKeys(hash, pieces).front();
+  ASSERT_TRUE(rig_.store.Put(piece, "not all", kAbsent).ok());
+  ASSERT_TRUE(rig_.store.Put(SceneKey(hash), SceneRecord(pieces), rig_.store.Get(SceneKey(hash))->revision).ok());
+  Reload();
+  EXPECT_THAT(rig_.state->set_aside(), ElementsAre(SceneKey(hash)));
+  EXPECT_NE(rig_.state->FindInstance(first_), nullptr);
+  EXPECT_FALSE(rig_.state->recovering());
+  EXPECT_FALSE(rig_.state->ContentInUse(SceneKey(hash)));
+  EXPECT_FALSE(rig_.state->HoldScene(hash));
+  Reload();
+  EXPECT_THAT(rig_.state->effects().scene_pieces, IsEmpty());
+  const std::string third = rig_.AddRunning({&*rig_.state->EachHost().begin()}).record.id();
+  EXPECT_TRUE(rig_.state->ContentInUse(SceneKey(hash)));
+  EXPECT_EQ(rig_.store.Get(SceneKey(hash))->value, "scene");
+  Reload(true);
+  EXPECT_THAT(rig_.state->effects().scene_pieces, ElementsAre(piece));
+  for (const std::string& id : {first_, second_, third}) End(id);
+  EXPECT_TRUE(absl::IsNotFound(rig_.store.Get(SceneKey(hash)).status()));
+}
+
+TEST_F(SetAsideTest, WorldsWhoseSceneIsLostCanEnd) {
+  const std::string hash = rig_.state->FindInstance(first_)->record.scene_hash();
+  ASSERT_TRUE(
+      rig_.store
+          .Put(SceneKey(hash), SceneRecord({.version = "01", .bytes = 10}), rig_.store.Get(SceneKey(hash))->revision)
+          .ok());
+  Reload();
+  Reload(true);
+  for (const std::string& id : {first_, second_}) End(id);
+  EXPECT_FALSE(rig_.state->ContentInUse(SceneKey(hash)));
+}
+
 TEST_F(SetAsideTest, FilesOfMeshesStayWhileARecordThatMayNeedThemCannotBeRead) {
   Visuals visuals(*rig_.state, 1000, std::chrono::milliseconds(0));
   const std::string sha256(64, 'a');

@@ -60,7 +60,7 @@ absl::Status Tickets::Load(Now now) {
   if (!entries.ok()) return entries.status();
   for (const StoreEntry& stored : *entries) {
     records::UsedTicket record;
-    if (!record.ParseFromString(stored.value) || stored.key != UsedTicketKey(record.issuer(), record.player_id())) {
+    if (!ReadRecord(stored, record) || stored.key != UsedTicketKey(record.issuer(), record.player_id())) {
       if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
       continue;
     }

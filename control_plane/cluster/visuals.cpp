@@ -25,7 +25,7 @@ absl::Status Visuals::Load() {
   for (const StoreEntry& stored : *entries) {
     const std::string sha256 = stored.key.substr(sizeof kVisualPrefix - 1);
     Entry entry{.record = {}, .revision = stored.revision};
-    if (!entry.record.ParseFromString(stored.value) || !IsSha256Hex(sha256)) {
+    if (!ReadRecord(stored, entry.record) || !IsSha256Hex(sha256)) {
       if (absl::Status status = state_.SetAside(stored); !status.ok()) return status;
       continue;
     }

@@ -162,9 +162,9 @@ absl::Status EtcdStore::ListRange(const std::string& first, const std::string& e
     if (!page.ok()) return page.status();
     for (const pb::KeyValue& found : page->kvs()) {
       std::string key = found.key().substr(skipped);
-      auto value = values_.Decode(key, found.value());
+      auto value = values_.Read(key, found.value());
       if (!value.ok()) return value.status();
-      entries.push_back({std::move(key), *std::move(value), found.mod_revision()});
+      entries.push_back({std::move(key), std::move(value->bytes), found.mod_revision(), !value->fault.ok()});
     }
     more = page->more() && page->kvs_size() > 0;
     if (more) request.set_key(page->kvs().rbegin()->key() + '\0');

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <thread>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/cluster/cluster_state.h"
 #include "control_plane/etcd/etcd_election.h"
 #include "control_plane/testing/fake_etcd.h"
 #include "control_plane/testing/real_etcd.h"
@@ -169,6 +171,36 @@ TEST_F(EtcdStoreTest, OldChunksGoWithTheValueTheyBelongedTo) {
   EXPECT_TRUE(*ReadEtcdValue(*next.client, "tessera", "scene/2") == std::string(1'500'000, 'c'));
   ASSERT_TRUE(next.store->Delete("scene/1", second).ok());
   EXPECT_EQ(chunks(), 2);
+}
+
+// The cluster goes on without them, and what is left of each is kept by name.
+TEST_F(EtcdStoreTest, RecordsWhoseChunksAreGoneOrBrokenAreSetAside) {
+  {
+    Leader first(etcd_.address());
+    ASSERT_TRUE(ClusterState::Load(*first.store).ok());
+    for (const char* key : {"instance/1", "instance/2", "scene/feed"}) {
+      ASSERT_TRUE(first.store->Put(key, std::string(1'500'000, 'x'), kAbsent).ok());
+    }
+    ASSERT_TRUE(first.store->Put("host/1", "", kAbsent).ok());
+    first.election.Resign();
+  }
+  // Its pointer cannot be read; one chunk is another; all are gone.
+  etcd_.Put("tessera/data/instance/1", "c nonsense");
+  for (const std::string& key : etcd_.Keys()) {
+    if (key.starts_with("tessera/chunk/") && key.ends_with("00000001")) etcd_.Put(key, "other bytes");
+  }
+  etcd_.Put("tessera/data/scene/feed", absl::StrCat("cnone 1500000 ", std::string(64, '0')));
+  Leader next(etcd_.address());
+  const auto state = ClusterState::Load(*next.store);
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_THAT((*state)->set_aside(), testing::UnorderedElementsAre("instance/1", "instance/2", "scene/feed"));
+  EXPECT_NE((*state)->FindHost("host-1"), nullptr);
+  EXPECT_EQ(next.store->List("instance/")->size(), 0U);
+  EXPECT_EQ(next.store->Get("unreadable/2/instance/1")->value, "c nonsense");
+  EXPECT_EQ(next.store->Get("unreadable/2/instance/2")->value.substr(0, 8), "xxxxxxxx");
+  EXPECT_EQ(next.store->Get("unreadable/2/scene/feed")->value, "");
+  const std::string folder = absl::StrCat("tessera/chunk/", absl::BytesToHexString("instance/"));
+  for (const std::string& key : etcd_.Keys()) EXPECT_FALSE(key.starts_with(folder)) << key << " is left behind";
 }
 
 TEST_F(EtcdStoreTest, RefusesWhatIsNotAStoreOrNewer) {

@@ -65,12 +65,19 @@ std::string EtcdValues::Folder(std::string_view key) const {
 // --- Reading.
 
 absl::StatusOr<std::string> EtcdValues::Decode(std::string_view key, const std::string& stored) const {
-  if (!stored.empty() && stored.front() == kEtcdInline) return stored.substr(1);
+  auto found = Read(key, stored);
+  if (!found.ok()) return found.status();
+  if (!found->fault.ok()) return found->fault;
+  return std::move(found->bytes);
+}
+
+absl::StatusOr<EtcdValues::Found> EtcdValues::Read(std::string_view key, const std::string& stored) const {
+  if (!stored.empty() && stored.front() == kEtcdInline) return Found{stored.substr(1), absl::OkStatus()};
   if (stored.empty() || stored.front() != kEtcdChunked) {
-    return absl::DataLossError(absl::StrCat("store: ", std::string(key), ": cannot be read"));
+    return Found{stored, absl::DataLossError(absl::StrCat("store: ", std::string(key), ": cannot be read"))};
   }
   const auto chunked = ReadChunked(key, stored);
-  if (!chunked.ok()) return chunked.status();
+  if (!chunked.ok()) return Found{stored, chunked.status()};
   const std::string folder = absl::StrCat(Folder(key), chunked->version, "/");
   pb::RangeRequest request;
   request.set_key(folder);
@@ -84,11 +91,13 @@ absl::StatusOr<std::string> EtcdValues::Decode(std::string_view key, const std::
     more = page->more() && page->kvs_size() > 0;
     if (more) request.set_key(page->kvs().rbegin()->key() + '\0');
   }
-  if (value.empty()) return absl::NotFoundError(absl::StrCat("store: ", std::string(key), ": its chunks are gone"));
-  if (value.size() != chunked->bytes || Sha256Hex(value) != chunked->hash) {
-    return absl::DataLossError(absl::StrCat("store: ", std::string(key), ": its chunks are not whole"));
+  absl::Status fault;
+  if (value.empty()) {
+    fault = absl::NotFoundError(absl::StrCat("store: ", std::string(key), ": its chunks are gone"));
+  } else if (value.size() != chunked->bytes || Sha256Hex(value) != chunked->hash) {
+    fault = absl::DataLossError(absl::StrCat("store: ", std::string(key), ": its chunks are not whole"));
   }
-  return value;
+  return Found{std::move(value), std::move(fault)};
 }
 
 // --- Writing.
@@ -194,9 +203,9 @@ absl::Status EtcdValues::RemoveOrphans(const std::string& key, const std::set<st
   std::string used;
   if (pointer->kvs_size() == 1 && pointer->kvs(0).value().starts_with(kEtcdChunked)) {
     const auto chunked = ReadChunked(key, pointer->kvs(0).value());
-    if (!chunked.ok()) return chunked.status();
-    used = chunked->version;
     chunked_.insert(key);
+    if (!chunked.ok()) return absl::OkStatus();  // which are its own is not known: all go with it
+    used = chunked->version;
   }
   for (const std::string& version : versions) {
     if (version == used) continue;

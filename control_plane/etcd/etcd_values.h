@@ -5,7 +5,7 @@
 // value another, whole. Chunks of older versions are removed in that transaction; those that no key ever pointed to are
 // removed by `Collect`, when the next leader begins.
 //
-// Thread rule: `Decode` from any thread; all else is the writer's, one at a time.
+// Thread rule: `Read` and `Decode` from any thread; all else is the writer's, one at a time.
 #pragma once
 
 #include <map>
@@ -30,6 +30,12 @@ class EtcdValues {
  public:
   EtcdValues(const EtcdClient& client, std::string prefix, EtcdFence fence);
 
+  // What `stored` stands for, as far as it is there. Errors: those of reading.
+  struct Found {
+    std::string bytes;
+    absl::Status fault;  // as the errors of Decode; OK: it is whole
+  };
+  absl::StatusOr<Found> Read(std::string_view key, const std::string& stored) const;
   // The value that `stored` stands for. NOT_FOUND: its chunks are gone, for another value took its place; DATA_LOSS: it
   // is damaged.
   absl::StatusOr<std::string> Decode(std::string_view key, const std::string& stored) const;
