@@ -12,6 +12,7 @@
 #include "control_plane/control_plane.h"
 #include "control_plane/memory_store.h"
 #include "control_plane/secrets.h"
+#include "control_plane/stored_records.h"
 #include "control_plane/testing/grpc_server_fixture.h"
 #include "core/world/partition_io.h"
 #include "core/world/partition_map.h"
@@ -67,8 +68,8 @@ class HeldTarget final : public CheckpointTarget {
   std::map<std::string, std::string> files_;
 };
 
-records::Bundle TestBundle() {
-  const std::string scene = TestScene().SerializeAsString();
+records::Bundle TestBundle(const v1::Scene& its_scene) {
+  const std::string scene = its_scene.SerializeAsString();
   const PartitionMap map = *MakeGridMap({-50, -50, 50, 50}, 1);
   records::Bundle bundle;
   records::Manifest& manifest = *bundle.mutable_manifest();
@@ -97,7 +98,8 @@ class CheckpointWaitsTest : public testing::Test {
                   std::chrono::system_clock::now().time_since_epoch()};
     // Nobody plays the host's agent, and no machine is so slow that it counts as lost.
     ControlSettings patient;
-    patient.lost_after = std::chrono::hours(1);
+    patient.lost_after = patient.failover_after = std::chrono::hours(1);
+    patient.start_timeout = kStartTimeout;
     auto cluster = Cluster::Load(store_, patient, SystemRandomBytes, now);
     EXPECT_TRUE(cluster.ok()) << cluster.status();
     plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster),
@@ -115,10 +117,12 @@ class CheckpointWaitsTest : public testing::Test {
       return 0;
     });
   }
-  absl::StatusOr<v1::Instance> Import() {
+  static constexpr std::chrono::minutes kStartTimeout{10};
+
+  absl::StatusOr<v1::Instance> Import(const v1::Scene& scene = TestScene()) {
     auto draft = plane_->NewDraft();
     EXPECT_TRUE(draft.ok()) << draft.status();
-    EXPECT_TRUE(draft->Append(Bundle(TestBundle())).ok());
+    EXPECT_TRUE(draft->Append(Bundle(TestBundle(scene))).ok());
     return plane_->ImportCheckpoint({}, *draft);
   }
   std::vector<v1::Instance> All() {
@@ -163,6 +167,34 @@ TEST_F(CheckpointWaitsTest, AnImportThatCannotBeKeptIsEndedAgain) {
   EXPECT_EQ(made.status(), target_->put_fault);
   ASSERT_LE(All().size(), 1u);
   for (const v1::Instance& instance : All()) EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_STOPPING);
+}
+
+// The scene went with the world. It is stored again before the world is, and so without the lock of all others.
+TEST_F(CheckpointWaitsTest, ARestoreOfAWorldThatHasFailedStoresALargeSceneInPieces) {
+  const auto made = Import(LargeScene());
+  ASSERT_TRUE(made.ok()) << made.status();
+  const std::string key = SceneKey(made->scene_hash());
+  plane_->Call([](Cluster& cluster, Now now) {
+    now.steady += kStartTimeout + std::chrono::seconds(1);
+    cluster.HandleTimer(now);
+    return 0;
+  });
+  ASSERT_EQ(All()[0].state(), v1::INSTANCE_STATE_FAILED) << All()[0].reason();
+  EXPECT_TRUE(absl::IsNotFound(store_.Get(key).status()));
+  const auto patience = std::chrono::steady_clock::now() + kPatience;
+  while (!store_.List("scene_piece/")->empty() && std::chrono::steady_clock::now() < patience) {
+    std::this_thread::yield();
+  }
+  v1::RestoreInstanceRequest request;
+  request.set_id(made->id());
+  const auto restored = plane_->RestoreInstance(request);
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  EXPECT_EQ(restored->instance().state(), v1::INSTANCE_STATE_STARTING);
+  EXPECT_TRUE(ReadSceneRecord(store_.Get(key)->value).has_value()) << "its record names pieces";
+  EXPECT_GE(store_.List("scene_piece/")->size(), 2U);
+  const auto bytes = plane_->SceneBytes(made->scene_hash());
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  EXPECT_EQ(Sha256Hex(*bytes), made->scene_hash());
 }
 
 // It would be set back to an older one, or be given up, though its newest checkpoint may be whole.

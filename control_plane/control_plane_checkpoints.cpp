@@ -176,6 +176,13 @@ absl::StatusOr<v1::RestoreInstanceResponse> ControlPlane::RestoreBefore(const v1
     spdlog::warn("checkpoint passed over: {}", what);
     response.add_damaged(what);
   }
+  // The store has let the scene of a world that has FAILED go; that of one that runs is only held.
+  std::unique_ptr<StagedScene> staged;
+  if (!request.validate_only()) {
+    auto stored = StageScene(manifest->scene_hash(), contents->scene);
+    if (!stored.ok()) return stored.status();
+    staged = *std::move(stored);
+  }
   auto restored = Call([&](Cluster& cluster, Now now) {
     return cluster.Restore(now, request.id(), *manifest, *contents, request.validate_only());
   });

@@ -92,21 +92,9 @@ TEST(ScenePiecesTest, ASceneWhosePiecesAreNotWholeIsNamedAndStopsNobody) {
 
 class LargeSceneTest : public GrpcServerTest {
  protected:
-  // Pebbles on the table, of more than a megabyte.
   static v1::CreateInstanceRequest LargeRequest() {
-    constexpr int kPebbles = 30'000;
     v1::CreateInstanceRequest request;
-    *request.mutable_spec()->mutable_scene() = TestScene();
-    for (int i = 0; i < kPebbles; ++i) {
-      v1::Body& pebble = *request.mutable_spec()->mutable_scene()->add_bodies();
-      pebble.set_id(static_cast<std::uint32_t>(i + 3));
-      pebble.set_motion(v1::MOTION_STATIC);
-      pebble.mutable_shape()->mutable_sphere()->set_radius(0.01);
-      v1::Vec3& at = *pebble.mutable_pose()->mutable_position();
-      at.set_x(-40 + 0.4 * (i % 200));
-      at.set_y(2);
-      at.set_z(-40 + 0.4 * (i / 200));
-    }
+    *request.mutable_spec()->mutable_scene() = LargeScene();
     request.mutable_spec()->set_regions(2);
     return request;
   }

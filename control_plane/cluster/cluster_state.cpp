@@ -313,7 +313,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   const std::vector<std::string> after = used && uses ? ContentKeys(next) : std::vector<std::string>();
   const std::vector<std::string> released = Without(before, after), added = Without(after, before);
   std::vector<StoreOp> missing;
-  if (!added.empty()) missing = PutMissing(next, contents);
+  // With a scene at hand, also one that uses it already and that the store has lost.
+  if (!added.empty() || (uses && !contents.scene.empty())) missing = PutMissing(next, contents);
   ops.insert(ops.end(), missing.begin(), missing.end());
   for (const std::string& key : released) {
     const auto use = contents_.find(key);

@@ -120,6 +120,17 @@ TEST_F(SetAsideTest, ASceneThatLacksAPieceGoesAloneAndTheNextWorldStoresItAnew) 
   EXPECT_TRUE(absl::IsNotFound(rig_.store.Get(SceneKey(hash)).status()));
 }
 
+TEST_F(SetAsideTest, ARestoreBringsBackTheSceneThatWasLost) {
+  const std::string key = SceneKey(rig_.state->FindInstance(first_)->record.scene_hash());
+  ASSERT_TRUE(rig_.store.Put(key, SceneRecord({.version = "01", .bytes = 10}), rig_.store.Get(key)->revision).ok());
+  Reload();
+  ASSERT_FALSE(rig_.state->ContentInUse(key));
+  InstanceEntry& instance = *rig_.state->FindInstance(first_);
+  ASSERT_TRUE(rig_.state->StoreInstance(instance, instance.record, {.scene = "scene", .game = {}}).ok());
+  EXPECT_TRUE(rig_.state->ContentInUse(key));
+  EXPECT_EQ(rig_.store.Get(key)->value, "scene");
+}
+
 TEST_F(SetAsideTest, WorldsWhoseSceneIsLostCanEnd) {
   const std::string hash = rig_.state->FindInstance(first_)->record.scene_hash();
   ASSERT_TRUE(

@@ -89,6 +89,23 @@ inline v1::Scene TestScene() {
   return *scene;
 }
 
+// The same with pebbles on the table: more than a megabyte.
+inline v1::Scene LargeScene() {
+  constexpr int kPebbles = 30'000;
+  v1::Scene scene = TestScene();
+  for (int i = 0; i < kPebbles; ++i) {
+    v1::Body& pebble = *scene.add_bodies();
+    pebble.set_id(static_cast<std::uint32_t>(i + 3));
+    pebble.set_motion(v1::MOTION_STATIC);
+    pebble.mutable_shape()->mutable_sphere()->set_radius(0.01);
+    v1::Vec3& at = *pebble.mutable_pose()->mutable_position();
+    at.set_x(-40 + 0.4 * (i % 200));
+    at.set_y(2);
+    at.set_z(-40 + 0.4 * (i / 200));
+  }
+  return scene;
+}
+
 class GrpcServerTest : public ::testing::Test {
  protected:
   void SetUp() override {
