@@ -56,6 +56,7 @@ Now ControlPlane::ReadClocks() {
 
 // Hands out what the last call set off. Requires the lock.
 void ControlPlane::Publish() {
+  PublishCallers();
   Effects effects = cluster_->TakeEffects();
   for (const LogLine& line : effects.log) {
     const auto level = line.severity == Severity::kError     ? spdlog::level::err
@@ -100,6 +101,21 @@ void ControlPlane::Publish() {
       it->second->wake.notify_all();
     }
   }
+}
+
+// Before whoever changed it is answered: a token that was revoked is known to no call that begins after that.
+void ControlPlane::PublishCallers() {
+  const std::uint64_t changes = cluster_->state().access_changes();
+  if (std::exchange(callers_shown_, changes) == changes) return;
+  std::shared_ptr<const KnownCallers> made =
+      std::make_shared<const KnownCallers>(cluster_->state(), cluster_->tokens());
+  const std::lock_guard kept(kept_mutex_);
+  known_callers_.swap(made);
+}
+
+std::shared_ptr<const KnownCallers> ControlPlane::known_callers() const {
+  const std::lock_guard kept(kept_mutex_);
+  return known_callers_;
 }
 
 std::vector<std::chrono::nanoseconds> ControlPlane::TakeFailovers() {

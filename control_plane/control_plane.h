@@ -1,7 +1,8 @@
 // ControlPlane: the Cluster under one lock, with what waits on it: attached agents, watched instances, joining players.
 //
 // The store is written under the lock (docs/decisions/0094). So that a slow one harms little, agents' messages, orders
-// to them and the timer have the next turn before all others, and questions are answered from a picture meanwhile.
+// to them and the timer have the next turn before all others, and questions are answered from a picture meanwhile. Who
+// calls is looked up in another, smaller one, always.
 //
 // Everything is woken by the change it waits for. Thread rule: any thread. The calls that wait take `given_up`, asked
 // about five times a second, and end early with kCancelled; after `Stop` they all end with kUnavailable.
@@ -27,6 +28,7 @@
 #include "control_plane/bundle.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/cluster/cluster.h"
+#include "control_plane/cluster/known_callers.h"
 #include "control_plane/draft_file.h"
 #include "control_plane/pending_leases.h"
 #include "control_plane/turn_lock.h"
@@ -85,6 +87,9 @@ class ControlPlane {
     const std::lock_guard lock(mutex_, std::adopt_lock);
     return look(std::as_const(*cluster_));
   }
+  // Who calls at the doors that speak TLS. It waits for no call under way.
+  std::shared_ptr<const KnownCallers> known_callers() const;
+  static Now ReadClocks();
   // Requires the lock: the store is about to be written, and the last write took so long.
   void NoteWrite(std::chrono::nanoseconds last_took);
 
@@ -197,8 +202,8 @@ class ControlPlane {
   using Lock = std::unique_lock<TurnLock>;
   using UrgentLock = std::unique_lock<UrgentTurn>;
 
-  static Now ReadClocks();
   void Publish();
+  void PublishCallers();
   void RunTimer();
   void NoteTimer();
   std::shared_ptr<const ClusterState> picture() const;
@@ -277,8 +282,10 @@ class ControlPlane {
   mutable std::mutex kept_mutex_;            // guards what follows, up to the empty line; after mutex_
   std::string store_trouble_;
   std::shared_ptr<const ClusterState> picture_;  // while writes are slow: from before the last one
+  std::shared_ptr<const KnownCallers> known_callers_;
   std::vector<std::chrono::nanoseconds> failovers_;
 
+  std::uint64_t callers_shown_ = 0;  // ClusterState::access_changes of known_callers_; 0: there is none yet
   bool stopping_ = false;
   std::condition_variable_any stop_, files_wake_;
   std::thread timer_, files_thread_;

@@ -14,8 +14,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster/host_rights.h"
-#include "control_plane/cluster/hosts.h"
+#include "control_plane/cluster/known_callers.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/door_limits.h"
 #include "control_plane/one_line.h"
@@ -57,29 +56,20 @@ std::string TokenOf(const Headers& headers) {
 // that proves nothing is none.
 absl::StatusOr<Caller> Recognise(const std::string& token, const std::string& certificate, ControlPlane& plane) {
   Caller caller{.door = Door::kOperators, .role = {}, .token = {}, .instances = {}, .host_id = {}};
-  if (!token.empty()) {
-    const absl::Status shown = plane.Call([&](const Cluster& cluster, Now now) -> absl::Status {
-      if (token.starts_with(kJoinToken)) {
-        const auto host = HostOfJoinToken(cluster.state(), token, now);
-        caller.may_join = host.ok();
-        return host.status();
-      }
-      if (const records::AccessToken* found = cluster.tokens().Find(token, now); found != nullptr) {
-        caller.role = found->role();
-        caller.token = found->name();
-        caller.instances = found->instances();
-      }
-      return absl::OkStatus();
-    });
-    if (!shown.ok()) return shown;
+  const std::shared_ptr<const KnownCallers> known = plane.known_callers();
+  const Now now = ControlPlane::ReadClocks();
+  if (token.starts_with(kJoinToken)) {
+    if (absl::Status shown = known->CheckJoinToken(token, now); !shown.ok()) return shown;
+    caller.may_join = true;
+  } else if (const records::AccessToken* found = token.empty() ? nullptr : known->FindToken(token, now)) {
+    caller.role = found->role();
+    caller.token = found->name();
+    caller.instances = found->instances();
   }
   if (certificate.empty()) return caller;
   const auto facts = trust::ReadCertificate(certificate);
   if (!facts.ok()) return absl::UnauthenticatedError(facts.status().message());
-  absl::Status known = plane.Call([&](const Cluster& cluster, Now) {
-    return CheckHostCertificate(cluster.state(), facts->common_name, facts->serial);
-  });
-  if (!known.ok()) return known;
+  if (absl::Status counts = known->CheckCertificate(facts->common_name, facts->serial); !counts.ok()) return counts;
   caller.host_id = facts->common_name;
   return caller;
 }
@@ -88,7 +78,7 @@ class Doorkeeper final : public grpc::AuthMetadataProcessor {
  public:
   Doorkeeper(Door door, ControlPlane& plane) : door_(door), plane_(plane) {}
 
-  bool IsBlocking() const override { return true; }  // it waits for the cluster's lock
+  bool IsBlocking() const override { return true; }  // it reads a certificate, and waits for nobody
   // `context` is one for all calls of a connection, so nothing about a call may be written into it.
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata*,
                        OutputMetadata*) override {

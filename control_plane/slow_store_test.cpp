@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_plane.h"
+#include "control_plane/doors_fixture.h"
 #include "control_plane/memory_store.h"
 #include "control_plane/secrets.h"
 #include "control_plane/timed_store.h"
@@ -100,6 +102,32 @@ TEST_F(SlowStoreTest, QuestionsAreAnsweredAsBeforeTheWriteThatStands) {
   EXPECT_EQ(plane_->Glance([](const Cluster& c) { return c.state().hosts().size(); }), std::optional<std::size_t>(2));
 }
 
+// Whatever is written: who calls is known meanwhile, and a revocation counts once it is answered.
+TEST_F(SlowStoreTest, WhoCallsIsKnownWhileAWriteStands) {
+  const auto now = [] { return ControlPlane::ReadClocks(); };
+  v1::CreateTokenRequest request;
+  request.set_name("ada");
+  request.set_role(v1::ROLE_VIEWER);
+  const auto made = plane_->Call([&](Cluster& cluster, Now at) { return cluster.CreateToken(at, request); });
+  ASSERT_TRUE(made.ok()) << made.status();
+  const auto known = [&] { return plane_->known_callers()->FindToken(made->secret(), now()) != nullptr; };
+  ASSERT_TRUE(known());
+  store_.Hold();
+  std::thread revocation([this] {
+    const absl::Status revoked = plane_->Call([](Cluster& cluster, Now at) {
+      v1::RevokeTokenRequest revoke;
+      revoke.set_name("ada");
+      return cluster.RevokeToken(at, revoke);
+    });
+    EXPECT_TRUE(revoked.ok()) << revoked;
+  });
+  store_.AwaitWrite();
+  EXPECT_TRUE(known()) << "it has not been answered";
+  store_.Release();
+  revocation.join();
+  EXPECT_FALSE(known());
+}
+
 TEST_F(SlowStoreTest, NoPictureOfAnEarlierTimeIsShownOnceWritesAreFast) {
   AddHost("alpha");
   slow_ = true;
@@ -113,6 +141,31 @@ TEST_F(SlowStoreTest, NoPictureOfAnEarlierTimeIsShownOnceWritesAreFast) {
   store_.Release();
   command.join();
   question.join();
+}
+
+class HeldUpDoorsTest : public DoorsTest {};
+
+TEST_F(HeldUpDoorsTest, ACallIsJudgedWhileTheClusterIsHeldUp) {
+  const auto channel = Operators(Token("vic", v1::ROLE_VIEWER));
+  ASSERT_TRUE(ListHosts(channel).ok());
+  std::promise<void> held, released;
+  std::thread holder([&] {
+    plane_->Call([&](Cluster&, Now) {
+      held.set_value();
+      released.get_future().wait();
+      return 0;
+    });
+  });
+  held.get_future().wait();
+  v1::AddHostRequest request;
+  request.set_name("alpha");
+  v1::AddHostResponse response;
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
+  const grpc::Status status = v1::HostService::NewStub(channel)->AddHost(&context, request, &response);
+  released.set_value();
+  holder.join();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::PERMISSION_DENIED) << status.error_message();
 }
 
 }  // namespace

@@ -45,6 +45,10 @@ absl::Status CheckInstances(const v1::CreateTokenRequest& request) {
   return absl::OkStatus();
 }
 
+bool HasRunOut(const records::AccessToken& record, Now now) {
+  return record.has_expire_time() && now.unix_time >= FromTimestamp(record.expire_time());
+}
+
 absl::Status CheckRequest(const v1::CreateTokenRequest& request) {
   if (absl::Status status = CheckName(request.name()); !status.ok()) return status;
   if (request.role() == v1::ROLE_UNSPECIFIED || !v1::Role_IsValid(request.role())) {
@@ -102,6 +106,7 @@ absl::StatusOr<v1::CreateTokenResponse> AccessTokens::Create(const v1::CreateTok
   *response.mutable_token() = ViewOf(entry.record);
   names_.emplace(entry.record.secret_hash(), request.name());
   tokens_.emplace(request.name(), std::move(entry));
+  state_.NoteAccessChanged();
   return response;
 }
 
@@ -119,6 +124,7 @@ absl::Status AccessTokens::Revoke(const v1::RevokeTokenRequest& request) {
   if (const auto written = state_.WriteStored(ops); !written.ok()) return written.status();
   names_.erase(found->second.record.secret_hash());
   tokens_.erase(found);
+  state_.NoteAccessChanged();
   return absl::OkStatus();
 }
 
@@ -135,19 +141,29 @@ void AccessTokens::Drop(const std::map<std::string, records::RevokedToken>& revo
       ++it;
       continue;
     }
-    names_.erase(hash);
+    if (names_.erase(hash) > 0) state_.NoteAccessChanged();
     const std::array ops{DeleteOp(kTokenPrefix + it->first, it->second.revision)};
     it = state_.WriteStored(ops).ok() ? tokens_.erase(it) : std::next(it);
   }
 }
 
 const records::AccessToken* AccessTokens::Find(std::string_view secret, Now now) const {
-  // By its hash: how long that takes tells nothing of a secret.
   const auto name = names_.find(HashSecret(secret));
   if (name == names_.end()) return nullptr;
   const records::AccessToken& record = tokens_.at(name->second).record;
-  const bool over = record.has_expire_time() && now.unix_time >= FromTimestamp(record.expire_time());
-  return over ? nullptr : &record;
+  return HasRunOut(record, now) ? nullptr : &record;
+}
+
+TokensByHash AccessTokens::ByHash() const {
+  TokensByHash tokens;
+  for (const auto& [hash, name] : names_) tokens.emplace(hash, tokens_.at(name).record);
+  return tokens;
+}
+
+// By its hash: how long that takes tells nothing of a secret.
+const records::AccessToken* FindToken(const TokensByHash& tokens, std::string_view secret, Now now) {
+  const auto found = tokens.find(HashSecret(secret));
+  return found == tokens.end() || HasRunOut(found->second, now) ? nullptr : &found->second;
 }
 
 }  // namespace tessera::control

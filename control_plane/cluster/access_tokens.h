@@ -16,6 +16,11 @@
 
 namespace tessera::control {
 
+// Tokens by the hashes of their secrets.
+using TokensByHash = std::map<std::string, records::AccessToken>;
+// The token that the secret proves. Null: none does, or it has run out.
+const records::AccessToken* FindToken(const TokensByHash& tokens, std::string_view secret, Now now);
+
 class AccessTokens {
  public:
   AccessTokens(ClusterState& state, RandomBytes random) : state_(state), random_(std::move(random)) {}
@@ -31,6 +36,8 @@ class AccessTokens {
   void Drop(const std::map<std::string, records::RevokedToken>& revoked);
   // The token that the secret proves. Null: none does, or it has run out.
   const records::AccessToken* Find(std::string_view secret, Now now) const;
+  // All that prove anything, for a picture.
+  TokensByHash ByHash() const;
 
  private:
   struct Entry {

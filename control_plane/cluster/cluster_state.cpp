@@ -21,6 +21,13 @@ bool SamePlaces(const records::Instance& a, const records::Instance& b) {
                     });
 }
 
+// True if both tell the same callers from all others.
+bool SameProofs(const records::Host& a, const records::Host& b) {
+  return a.name() == b.name() && a.join_token_hash() == b.join_token_hash() &&
+         a.join_token_expire_time().seconds() == b.join_token_expire_time().seconds() &&
+         a.certificate_serial() == b.certificate_serial();
+}
+
 std::vector<std::string> Without(std::vector<std::string> keys, const std::vector<std::string>& those) {
   std::erase_if(keys,
                 [&](const std::string& key) { return std::find(those.begin(), those.end(), key) != those.end(); });
@@ -253,12 +260,14 @@ absl::StatusOr<HostEntry*> ClusterState::AddHost(records::Host record) {
   host.number = number;
   host.record = std::move(record);
   host.revision = *written;
+  NoteAccessChanged();
   return &host;
 }
 
 absl::Status ClusterState::StoreHost(HostEntry& host, const records::Host& next) {
   const auto written = WriteOne(PutOp(HostKey(host.number), next.SerializeAsString(), host.revision));
   if (!written.ok()) return NotWritten(written.status());
+  if (!SameProofs(host.record, next)) NoteAccessChanged();
   host.record = next;
   host.revision = *written;
   return absl::OkStatus();
@@ -269,6 +278,7 @@ absl::Status ClusterState::RemoveHost(HostEntry& host, const absl::Status& why) 
   if (!written.ok()) return NotWritten(written.status());
   CloseStream(host, why);
   hosts_.erase(host.number);
+  NoteAccessChanged();
   return absl::OkStatus();
 }
 
@@ -355,16 +365,6 @@ absl::Status ClusterState::RemoveInstance(const InstanceEntry& instance) {
   if (!written.ok()) return written.status();
   request_ids_.erase(instance.record.request_id());
   instances_.erase(instance.number);
-  return absl::OkStatus();
-}
-
-absl::Status ClusterState::ReuseContents(const records::Instance& record, const Contents& contents) {
-  if (const std::vector<StoreOp> missing = PutMissing(record, contents); !missing.empty()) {
-    const auto written = Write(missing);
-    if (!written.ok()) return NotWritten(written.status());
-    for (const StoreOp& put : missing) contents_[put.key].revision = *written;
-  }
-  for (const std::string& key : ContentKeys(record)) ++contents_[key].instances;
   return absl::OkStatus();
 }
 

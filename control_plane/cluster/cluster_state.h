@@ -186,6 +186,12 @@ class ClusterState {
   // All that questions are asked of, as it is now. Nothing changes in it, and it writes nothing.
   std::unique_ptr<const ClusterState> Picture() const;
 
+  // Hosts' join tokens and certificates as they are now: all that known_callers.h needs of them.
+  std::unique_ptr<const ClusterState> CallersPicture() const;
+  // Grows with each change of that, or of tokens, which the part that keeps those notes.
+  std::uint64_t access_changes() const { return access_changes_; }
+  void NoteAccessChanged() { ++access_changes_; }
+
   // --- Access. Null: there is none.
   const std::map<std::uint64_t, HostEntry>& hosts() const { return hosts_; }              // by the number in the id,
   const std::map<std::uint64_t, InstanceEntry>& instances() const { return instances_; }  // so in order of creation
@@ -328,6 +334,7 @@ class ClusterState {
   std::uint64_t operations_ = 0;  // begun in this life
   std::string store_trouble_, checkpoint_trouble_;
   std::uint64_t failed_writes_ = 0;
+  std::uint64_t access_changes_ = 1;
   Steady probe_at_{0};  // 0: when the next timer says
   Effects effects_;
 };

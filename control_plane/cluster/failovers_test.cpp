@@ -266,7 +266,7 @@ TEST_F(FailoversTest, AnAgentIsNoWitnessForAWorkerOfWhichItHasSaidNothing) {
   EXPECT_TRUE(Next().next);
 }
 
-// Of region 1 nothing is heard but what its standby says, which has the only copy of it.
+// Nothing is heard of region 1 either, whose only copy is the standby's.
 TEST_F(FailoversTest, WhoMayHaveTheLastCopyOfAnotherSilentRegionIsNotDeclaredDead) {
   HostEntry& gamma = rig_.AddHost("gamma");
   InstanceEntry& world = rig_.AddRunning({&alpha_, &beta_, &gamma});

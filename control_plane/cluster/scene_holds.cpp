@@ -20,6 +20,16 @@ std::vector<StoreOp> ClusterState::PutMissing(const records::Instance& record, c
   return ops;
 }
 
+absl::Status ClusterState::ReuseContents(const records::Instance& record, const Contents& contents) {
+  if (const std::vector<StoreOp> missing = PutMissing(record, contents); !missing.empty()) {
+    const auto written = Write(missing);
+    if (!written.ok()) return absl::UnavailableError(written.status().message());
+    for (const StoreOp& put : missing) contents_[put.key].revision = *written;
+  }
+  for (const std::string& key : ContentKeys(record)) ++contents_[key].instances;
+  return absl::OkStatus();
+}
+
 bool ClusterState::HoldScene(const std::string& hash) {
   const auto use = contents_.find(SceneKey(hash));
   if (use == contents_.end() || use->second.revision == kAbsent) return false;

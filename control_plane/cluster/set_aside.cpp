@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/backup.h"
 #include "control_plane/cluster/cluster_state.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/one_line.h"
 
 namespace tessera::control {
@@ -43,6 +44,7 @@ absl::Status ClusterState::SetAside(const StoreEntry& entry) {
   const StoreOp ops[] = {PutOp(kept, entry.value, kAbsent), DeleteOp(entry.key, entry.revision)};
   if (const auto written = Write(ops); !written.ok()) return written.status();
   set_aside_.push_back(entry.key);
+  NoteAccessChanged();  // a host that is set aside is none that was removed
   Log(absl::StrCat("record set aside key=", OneLine(entry.key, kMaxReasonBytes), " kept_as=",
                    OneLine(kept, kMaxReasonBytes), ": it cannot be read, and the cluster goes on without it"),
       Severity::kError);
@@ -67,6 +69,7 @@ void ClusterState::NoteRevision(std::uint64_t shown) {
   if (!written.ok()) return;
   counters_.record = next;
   counters_.revision = *written;
+  NoteAccessChanged();  // more hosts may have been removed
   last_revision_ = next.lives() << kLifeShift;
   Log(absl::StrCat("life raised to ", next.lives(), ": a host holds orders of life ", life,
                    ", which the store that was made of a backup does not know"),

@@ -30,13 +30,13 @@ class EtcdValues {
  public:
   EtcdValues(const EtcdClient& client, std::string prefix, EtcdFence fence);
 
-  // What `stored` stands for, as far as it is there. Errors: those of reading.
+  // The value that `stored` stands for, as far as it is there. Errors: those of reading.
   struct Found {
     std::string bytes;
     absl::Status fault;  // as the errors of Decode; OK: it is whole
   };
   absl::StatusOr<Found> Read(std::string_view key, const std::string& stored) const;
-  // The value that `stored` stands for. NOT_FOUND: its chunks are gone, for another value took its place; DATA_LOSS: it
+  // The same, whole. NOT_FOUND: its chunks are gone, for another value took its place; DATA_LOSS: it
   // is damaged.
   absl::StatusOr<std::string> Decode(std::string_view key, const std::string& stored) const;
 
