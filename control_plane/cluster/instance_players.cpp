@@ -289,6 +289,10 @@ std::optional<Players> InstancePlayers::NextVanished(const InstanceEntry& instan
   const std::chrono::milliseconds grace(instance.record.leaver_grace_ms());
   const std::vector<std::uint32_t> connected = Connected(instance);
   Known& known = known_[instance.number];
+  if (!instance.awaits.empty()) {  // nobody can say who is connected to what is waited for
+    known.unseen.clear();
+    return std::nullopt;
+  }
   Fates fates;
   Players next = instance.players;
   instance.players.ForEach([&](const records::StoredPlayer& stored) {

@@ -135,6 +135,19 @@ TEST_F(PlayersTest, WhoVanishesIsRemovedOrStaysByTheInstancesPolicy) {
   EXPECT_TRUE(PlayerAt(1).left());
 }
 
+TEST_F(PlayersTest, WhileTheWorldWaitsForASilentHostNobodyHasVanished) {
+  SetPolicy(v1::LEAVER_POLICY_REMOVE);
+  Join();
+  EXPECT_FALSE(TakeVanished());
+  instance_.awaits = "waits for host beta";
+  rig_.Pass(seconds(100));
+  EXPECT_FALSE(TakeVanished());
+  instance_.awaits.clear();
+  EXPECT_FALSE(TakeVanished()) << "the time of the wait does not count";
+  rig_.Pass(seconds(10));
+  EXPECT_TRUE(TakeVanished());
+}
+
 TEST_F(PlayersTest, ManyWhoVanishAtOnceAreOneLineOfTheLog) {
   SetPolicy(v1::LEAVER_POLICY_REMOVE);
   for (int i = 0; i < 20; ++i) Join();
