@@ -85,4 +85,8 @@ std::set<std::string> MetricNamesIn(const std::string& text) {
   return names;
 }
 
+bool HasLabelsOfAGame(const std::string& metric) {
+  return metric.starts_with("tessera_game_counter_") || metric.starts_with("tessera_game_callback_");
+}
+
 }  // namespace tessera::end_to_end

@@ -27,8 +27,11 @@ std::vector<DashboardQuery> DashboardMarks();
 // The tables of docs/metrics.md.
 std::set<MetricInfo> ListedMetrics();
 
-// Every word in `text` that begins with tessera_ .
+// Every word in `text` that begins with tessera_ or process_ .
 std::set<std::string> MetricNamesIn(const std::string& text);
+
+// Metrics whose labels a game gives: a world without one has no series of them.
+bool HasLabelsOfAGame(const std::string& metric);
 
 // A file of this repository.
 std::string ReadSource(const std::string& path);
