@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "host/files.h"
 #include "host/temporary_folder.h"
@@ -158,6 +159,37 @@ esac)");
   EXPECT_THAT(calls, HasSubstr("old-dev build release bin/tessera bin/tessera-control bin/tessera-agent"));
   EXPECT_THAT(calls, HasSubstr("-R ^end_to_end_skew_test$ --repeat until-fail:2\n"));
   EXPECT_THAT(calls, HasSubstr("with " + Path("build/skew/0.7.0/build/release/bin") + "\n"));
+}
+
+TEST_F(DevTest, ALastingSuiteFailsWherePackagesDoNotPassAndKeepsTheirTimeWhereTheyDo) {
+  std::ofstream(Path("CHANGELOG.md")) << "## [0.7.0] - 2031-01-01\n\nCommit abc7: it\n";
+  std::filesystem::create_directories(Path("build/skew/0.7.0"));
+  std::filesystem::create_directories(Path("cmake"));
+  Fake("build/skew/0.7.0/dev", "");
+  Fake("bin/cmake", "");
+  Fake("bin/dpkg-query", "printf installed");
+  Fake("bin/sudo", "exec \"$@\"");
+  Fake("bin/git", "case \"$*\" in *rev-parse*) echo abc7 ;; *) echo 1 ;; esac");
+  Fake("bin/cpack", "touch build/packages/one.deb");
+  Fake("build/release/bin/tessera-bench", "echo \"with $TESSERA_OTHER_RELEASE\" >>'" + Path("calls") + "'");
+  const auto run = [&] {
+    host::WatchedProgram bench({"/usr/bin/env", "PATH=" + Path("bin") + ":/usr/bin:/bin", "TESSERA_SLOWNESS=1",
+                                "/bin/bash", Path("dev"), "bench", "lasting", "--csv", "figures.csv"});
+    const int code = bench.Wait().code;
+    return std::pair(code, bench.Output());
+  };
+  Fake("cmake/fresh.sh", "echo no system; exit 3");
+  const auto failed = run();
+  EXPECT_NE(failed.first, 0);
+  EXPECT_THAT(failed.second, HasSubstr("the packages do not pass"));
+  EXPECT_THAT(Calls(), HasSubstr("tessera-bench lasting --csv figures.csv\nwith " +
+                                 Path("build/skew/0.7.0/build/release/bin") + "\n"));
+  Fake("cmake/fresh.sh", "echo \"install_to_world_s 41.5\"; [[ $TESSERA_FRESH_BRING == build/packages ]]");
+  const auto passed = run();
+  EXPECT_EQ(passed.first, 0) << passed.second;
+  EXPECT_EQ(host::ReadFile(Path("figures.csv"), 1000).value_or(""),
+            "suite,scene,engine,config,metric,value,unit\n"
+            "lasting,install,tessera,fresh,install_to_world_s,41.5,s\n");
 }
 
 TEST_F(DevTest, SkewWithoutAReleaseSaysWhatIsMissing) {
