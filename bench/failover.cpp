@@ -1,5 +1,6 @@
 #include "bench/failover.h"
 
+#include <exception>
 #include <functional>
 #include <iostream>
 #include <utility>
@@ -30,6 +31,15 @@ std::vector<Part> Parts(const FailoverSize& size, local::HostNetwork* network, R
   return parts;
 }
 
+// An exception, as where a program cannot be started, is an error of this part alone.
+absl::Status RunPart(const Part& part) {
+  try {
+    return part.second();
+  } catch (const std::exception& error) {
+    return absl::InternalError(error.what());
+  }
+}
+
 }  // namespace
 
 absl::Status RunFailover(const SuiteOptions& options, Report& report) {
@@ -41,12 +51,12 @@ absl::Status RunFailover(const SuiteOptions& options, Report& report) {
       own.ok() ? local::HostNetwork::Create(kHosts) : absl::StatusOr<std::unique_ptr<local::HostNetwork>>(own);
   if (!network.ok()) std::cerr << "failover: no fault=link here: " << network.status().message() << "\n";
   absl::Status worst = absl::OkStatus();
-  for (const auto& [name, run] : Parts(size, network.ok() ? network->get() : nullptr, report)) {
-    if (name.find(options.only) == std::string::npos) continue;
+  for (const Part& part : Parts(size, network.ok() ? network->get() : nullptr, report)) {
+    if (part.first.find(options.only) == std::string::npos) continue;
     // A part that fails is reported, and leaves the others their turn.
-    const absl::Status status = run();
+    const absl::Status status = RunPart(part);
     if (!status.ok()) {
-      std::cerr << "failover: " << name << ": " << status.message() << "\n";
+      std::cerr << "failover: " << part.first << ": " << status.message() << "\n";
       worst = status;
     }
     if (absl::Status saved = report.Save(); !saved.ok()) return saved;

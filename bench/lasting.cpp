@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <iostream>
 
 #include "bench/lasting_restore.h"
@@ -94,6 +95,15 @@ struct LastingScene {
 constexpr LastingScene kLastingScenes[] = {
     {"restored", RunRestored}, {"upgrade", RunUpgrades}, {"takeover", RunTakeover}};
 
+// An exception, as where a program cannot be started, is an error of this scene alone.
+absl::Status RunScene(const LastingScene& scene, const RestoreSize& size, Report& report) {
+  try {
+    return scene.run(size, report);
+  } catch (const std::exception& error) {
+    return absl::InternalError(error.what());
+  }
+}
+
 absl::Status RunFaults(const local::HostNetwork& network, const std::vector<LastingFault>& faults, Report& report) {
   const auto verdict = RunLasting(network, {.faults = faults, .players = kLastingPlayers, .tell = TellLine});
   if (!verdict.ok()) return verdict.status();
@@ -123,7 +133,7 @@ absl::Status RunLastingSuite(const SuiteOptions& options, Report& report) {
                          .players = 4};
   for (const LastingScene& scene : scenes) {
     // One that fails is reported, and leaves the others their turn.
-    if (const absl::Status status = scene.run(size, report); !status.ok()) {
+    if (const absl::Status status = RunScene(scene, size, report); !status.ok()) {
       TellLine(std::string(scene.name) + ": " + std::string(status.message()));
       worst = status;
     }

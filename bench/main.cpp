@@ -127,7 +127,7 @@ int Main(int argc, char** argv) {
           ->check(CLI::Range(0.5, 10'000.0));
     }
     if (suite.run == RunLastingSuite) {
-      command->add_option("--runs", options.runs, "How many faults strike, if not 52 (--quick: 13)");
+      command->add_option("--runs", options.runs, "How many faults strike, if not 60 (--quick: 15)");
     }
   }
   // The suites start this program anew as a player.
