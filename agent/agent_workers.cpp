@@ -91,7 +91,7 @@ void Agent::OnWorkerClosed(ConnectionId connection) {
 void Agent::OnWorkerFlood(pid_t peer) {
   metrics_.CutOff();
   if (const auto left_out = floods_.Take(telemetry::LogThrottle::Clock::now())) {
-    spdlog::warn("worker cut off pid={} reason=\"it says more than a worker may\" more={}", peer, *left_out);
+    spdlog::error("worker cut off pid={} reason=\"it says more than a worker may\" more={}", peer, *left_out);
   }
 }
 
