@@ -325,7 +325,9 @@ PeerStats Endpoint::StatsOf(PeerHandle peer) const {
           .heard_ago = std::chrono::milliseconds(
               known.connected ? ENET_TIME_DIFFERENCE(enet_time_get(), known.enet->lastReceiveTime) : 0),
           .bytes_sent = known.bytes_sent,
-          .bytes_received = known.bytes_received};
+          .bytes_received = known.bytes_received,
+          .parts_sent = known.connected ? known.enet->packetsSent : 0,
+          .parts_resent = known.connected ? known.enet->packetsLost : 0};
 }
 
 std::string Endpoint::AddressOf(PeerHandle peer) const {

@@ -84,6 +84,8 @@ struct PeerStats {
   // Since anything came from a peer that is connected, an answer to a ping at least; pings go out every half second.
   std::chrono::milliseconds heard_ago{0};
   std::uint64_t bytes_sent = 0, bytes_received = 0;  // payload
+  // Parts of messages that went out, and of these, how many went out again for want of an answer. From 0 every 10 s.
+  std::uint32_t parts_sent = 0, parts_resent = 0;
 };
 
 struct ReceiveStats {

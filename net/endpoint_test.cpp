@@ -36,6 +36,20 @@ TEST(EndpointTest, EchoesBothKinds) {
   EXPECT_EQ(pair.client->AddressOf(pair.to_server), "127.0.0.1:" + std::to_string(pair.server->port()));
 }
 
+TEST(EndpointTest, CountsWhatItSendsAgainWhileNobodyAnswers) {
+  EndpointPair pair;
+  ASSERT_TRUE(pair.ConnectBoth());
+  const std::uint32_t sent = pair.client->StatsOf(pair.to_server).parts_sent;
+  ASSERT_TRUE(pair.client->Send(pair.to_server, Delivery::kReliable, Pattern(20, 1)).ok());
+  PeerStats stats;
+  for (const auto limit = Clock::now() + kPatience; stats.parts_resent == 0 && Clock::now() < limit;) {
+    (void)pair.client->Service(milliseconds(1));
+    stats = pair.client->StatsOf(pair.to_server);
+  }
+  EXPECT_GE(stats.parts_resent, 1u);
+  EXPECT_GT(stats.parts_sent, sent);
+}
+
 // As on a port for players. Reliable messages to the accepted peer, and unsequenced ones both ways, still arrive.
 TEST(EndpointTest, AcceptsNoReliableMessagesWhereItIsToldNotTo) {
   EndpointPair pair({.accept_reliable_messages = false});

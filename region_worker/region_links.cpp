@@ -49,15 +49,16 @@ void RegionLinks::Service(TimePoint now, const LinkTable& table, MapVersion map_
   if (identity_ && !closed_) DialDue(round);
   DropSilentCallers(now);
   metrics_.link_acceptor.Take(endpoint_->acceptor_stats(), endpoint_->receive_stats());
-  if (now >= show_at_) ShowRoundTrips(now);
+  if (now >= show_at_) ShowLinks(now);
 }
 
-void RegionLinks::ShowRoundTrips(TimePoint now) {
+void RegionLinks::ShowLinks(TimePoint now) {
   show_at_ = now + std::chrono::seconds(1);
-  for (const auto& [region, link] : links_) {
-    const std::chrono::duration<double> round_trip =
-        link.confirmed ? endpoint_->StatsOf(link.peer).round_trip : Duration(0);
+  for (auto& [region, link] : links_) {
+    const net::PeerStats stats = link.confirmed ? endpoint_->StatsOf(link.peer) : net::PeerStats();
+    const std::chrono::duration<double> round_trip = stats.round_trip;
     metrics_.ShowRoundTrip(region, round_trip.count());
+    metrics_.CountParts(region, link.parts.Since({.sent = stats.parts_sent, .resent = stats.parts_resent}));
   }
 }
 

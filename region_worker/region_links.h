@@ -26,6 +26,7 @@
 #include "region_worker/core/link_table.h"
 #include "region_worker/core/time.h"
 #include "region_worker/link_budget.h"
+#include "region_worker/link_parts.h"
 #include "region_worker/worker_metrics.h"
 #include "tessera/v1/game.pb.h"
 
@@ -75,6 +76,7 @@ class RegionLinks {
     TimePoint dial_at{};
     Duration backoff = kMinRedial;
     LinkBudget budget{};  // stays when the link ends
+    LinkParts parts{};
   };
   // Accepted, but has not sent its hello.
   struct Caller {
@@ -101,7 +103,7 @@ class RegionLinks {
   void Dial(RegionLink& link, const PeerAddress& address, TimePoint now);
   void CutDial(RegionLink& link, RegionId region, std::string_view why);
   void DropSilentCallers(TimePoint now);
-  void ShowRoundTrips(TimePoint now);
+  void ShowLinks(TimePoint now);
   void SendHello(net::PeerHandle peer, MapVersion map_version);
   absl::Status CheckHello(const v1::LinkHello& hello, RegionId region, std::optional<Incarnation> proven,
                           const LinkTable& table) const;

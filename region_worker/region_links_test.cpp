@@ -16,6 +16,7 @@
 #include "net/testing/test_identity.h"
 #include "prometheus/text_serializer.h"
 #include "region_worker/link_budget.h"
+#include "region_worker/link_parts.h"
 
 namespace tessera::worker {
 namespace {
@@ -43,6 +44,15 @@ TEST(LinkBudgetTest, ABusyNeighbourStaysBelow) {
     now += std::chrono::microseconds(100);
     ASSERT_TRUE(budget.Take(now, limits, 10'000)) << i;
   }
+}
+
+TEST(LinkPartsTest, CountsGoOnWhereTheLinkBeginsToCountAnew) {
+  using Counts = LinkParts::Counts;
+  LinkParts parts;
+  EXPECT_EQ(parts.Since({.sent = 100, .resent = 3}), (Counts{.sent = 100, .resent = 3}));
+  EXPECT_EQ(parts.Since({.sent = 150, .resent = 3}), (Counts{.sent = 50, .resent = 0}));
+  EXPECT_EQ(parts.Since({.sent = 40, .resent = 1}), (Counts{.sent = 40, .resent = 1})) << "from 0";
+  EXPECT_EQ(parts.Since({.sent = 60, .resent = 0}), (Counts{.sent = 60, .resent = 0})) << "a busier span";
 }
 
 class RegionLinksTest : public ::testing::Test {
@@ -110,6 +120,17 @@ TEST_F(RegionLinksTest, ANeighbourThatFloodsIsCutAndCounted) {
   EXPECT_EQ(links_.linked(), 0u);
   const std::string metrics = prometheus::TextSerializer().Serialize(metrics_.registry()->Collect());
   EXPECT_NE(metrics.find("tessera_region_floods_total{port=\"links\"} 1"), std::string::npos) << metrics;
+}
+
+TEST_F(RegionLinksTest, WhatALinkSendsIsCountedByItsNeighbour) {
+  Link();
+  const auto value = [this](const std::string& series) {
+    const std::string metrics = prometheus::TextSerializer().Serialize(metrics_.registry()->Collect());
+    const std::size_t at = metrics.find(series + "{neighbour=\"1\"} ");
+    return at == std::string::npos ? -1 : std::stod(metrics.substr(metrics.find(' ', at)));
+  };
+  EXPECT_TRUE(Until([&] { return value("tessera_region_link_parts_total") > 0; }));
+  EXPECT_GE(value("tessera_region_link_parts_resent_total"), 0);
 }
 
 TEST_F(RegionLinksTest, OneThatSendsAFewStays) {

@@ -227,6 +227,15 @@ void WorkerMetrics::ShowRoundTrip(RegionId neighbour, double seconds) {
       .Set(seconds);
 }
 
+void WorkerMetrics::CountParts(RegionId neighbour, const LinkParts::Counts& parts) {
+  const prometheus::Labels labels{{"neighbour", std::to_string(neighbour.value())}};
+  Counter(*registry_, "tessera_region_link_parts_total", "Parts of messages that were sent to the neighbour.", labels)
+      .Increment(parts.sent);
+  Counter(*registry_, "tessera_region_link_parts_resent_total",
+          "Those of them that were sent again, because no answer had come in time.", labels)
+      .Increment(parts.resent);
+}
+
 void WorkerMetrics::ShowMessages(const game::MessageStatistics& messages, const region::RelayStatistics& relayed) {
   Follow(messages_sent, messages.sent);
   Follow(messages_applied, messages.applied);

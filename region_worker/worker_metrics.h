@@ -20,6 +20,7 @@
 #include "prometheus/registry.h"
 #include "region_worker/core/drop_reason.h"
 #include "region_worker/core/region_run.h"
+#include "region_worker/link_parts.h"
 
 namespace tessera::worker {
 
@@ -88,6 +89,7 @@ class WorkerMetrics {
   // A step waited so long for the frames of `neighbours`, which came last, together.
   void CountWait(std::span<const RegionId> neighbours, double seconds);
   void ShowRoundTrip(RegionId neighbour, double seconds);
+  void CountParts(RegionId neighbour, const LinkParts::Counts& parts);
   // Brings the series of a region's state up to date.
   void Show(const RegionRun& run, const LinkTable& links);
   // The same for the game's own counters and what each callback cost: not in every tick.
