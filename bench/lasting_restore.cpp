@@ -32,9 +32,10 @@ constexpr const char* kRestoreEngine = "tessera";
 constexpr const char* kRestoreScene = "plaza";
 constexpr std::chrono::seconds kRestorePatience{120};
 constexpr double kPlayed_s = 2;  // between two things that are done to a world
-constexpr const char* kLongestTickOfUpgrade = "tessera_region_longest_tick_seconds";  // over the last 5 to 10 s
-constexpr double kTicksPerSecondOfUpgrade = 60;                                       // as the scene has it
-constexpr double kStood_ms = 300;  // longer than a failover, after which nobody has to come back
+constexpr const char* kLongestTickOfUpgrade = "tessera_region_longest_tick_seconds";
+constexpr double kLongestTickSpan_s = 10;        // it is of the last 5 to 10 s, in which no world is to begin
+constexpr double kTicksPerSecondOfUpgrade = 60;  // as the scene has it
+constexpr double kStood_ms = 300;                // longer than a failover, after which nobody has to come back
 
 double MillisecondsBetween(Clock::time_point from, Clock::time_point to) {
   return std::max(0.0, std::chrono::duration<double, std::milli>(to - from).count());
@@ -284,6 +285,7 @@ absl::Status RestartCluster(const RestoreSize& size, Report& report) {
     options.agent_programs = other;
     FailoverStage stage(options);
     if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
+    if (absl::Status status = stage.PlayFor(kLongestTickSpan_s); !status.ok()) return status;
     if (absl::Status status = RestartOnce(stage, options.hosts, figures); !status.ok()) return status;
     stage.TakeCensus(outcome);
     outcome.runs += 1;

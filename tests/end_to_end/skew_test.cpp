@@ -25,7 +25,8 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr const char* kOtherRelease = "TESSERA_OTHER_RELEASE";
-constexpr double kTicksPerSecond = 60;  // as the scene has it
+constexpr double kTicksPerSecond = 60;         // as the scene has it
+constexpr std::uint64_t kTicksLookedAt = 600;  // at most, for the longest one
 
 class SkewTest : public WorldTest {
  protected:
@@ -124,7 +125,9 @@ TEST_F(SkewTest, AClusterIsUpgradedProgramByProgramUnderAMatch) {
   options.workers_outlive_agents = true;
   Start(options);
   ASSERT_TRUE(PlayUntilProtected());
-  ASSERT_TRUE(PlayOn(1));
+  const std::uint64_t begun = ReportOf(1).tick();
+  ASSERT_TRUE(PlayUntil("its first ticks are none of those that are looked at",
+                        [&] { return ReportOf(1).tick() > begun + kTicksLookedAt; }));
   const std::map<std::uint32_t, std::int64_t> pids = Pids();
   const double before_s = LongestTickSeconds();
   local::LocalCluster& cluster = run_->cluster();
