@@ -43,10 +43,10 @@ EtcdElection::~EtcdElection() { Resign(); }
 
 // --- Winning.
 
-absl::StatusOr<std::optional<pb::KeyValue>> EtcdElection::ReadLeader() const {
+absl::StatusOr<std::optional<pb::KeyValue>> EtcdElection::ReadLeader(std::chrono::milliseconds patience) const {
   pb::RangeRequest request;
   request.set_key(key_);
-  auto found = client_.Range(request, kElectionPatience);
+  auto found = client_.Range(request, patience);
   if (!found.ok()) return found.status();
   if (found->kvs_size() == 0) return std::nullopt;
   return found->kvs(0);
@@ -62,7 +62,7 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
   };
   std::string trouble;  // logged once
   while (!given_up()) {
-    const auto leader = ReadLeader();
+    const auto leader = ReadLeader(kElectionPatience);
     const bool is_anothers = leader.ok() && leader->has_value() && (lease_ == 0 || (*leader)->lease() != lease_);
     if (is_anothers) {
       say(ReadLeaderAddress((*leader)->value()));
@@ -154,7 +154,7 @@ void EtcdElection::Renew(std::int64_t lease, std::int64_t token) {
     lock.unlock();
     const Clock::time_point sent = Clock::now();
     const auto ttl = client_.KeepAlive(lease, kElectionPatience);
-    const auto leader = ReadLeader();
+    const auto leader = ReadLeader(kElectionPatience);
     lock.lock();
     const bool is_ours = leader.ok() && leader->has_value() && (*leader)->create_revision() == token;
     if (absl::IsNotFound(ttl.status()) || (leader.ok() && !is_ours)) {
@@ -167,6 +167,16 @@ void EtcdElection::Renew(std::int64_t lease, std::int64_t token) {
   }
   lost_ = true;
   wake_.notify_all();
+}
+
+bool EtcdElection::Confirm(std::chrono::milliseconds patience) {
+  const auto leader = ReadLeader(patience);
+  if (!leader.ok()) return false;
+  if (leader->has_value() && (*leader)->create_revision() == token_) return true;
+  const std::lock_guard lock(mutex_);
+  if (!std::exchange(lost_, true)) spdlog::error("leadership lost reason=\"the lease is over\"");
+  wake_.notify_all();
+  return false;
 }
 
 void EtcdElection::WaitUntilLost(const std::function<bool()>& given_up) {

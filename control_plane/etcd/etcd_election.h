@@ -12,7 +12,8 @@
 //   ...
 //   election.Resign();                                     // the next one may lead at once
 //
-// Thread rule: `Campaign` and `Resign` from one thread; `Left` and `Abandon` from any.
+// Thread rule: `Campaign` and `Resign` from one thread; `Left` and `Abandon` from any; `Confirm` from any while we lead
+// or have led, until `Resign`.
 #pragma once
 
 #include <chrono>
@@ -57,6 +58,10 @@ class EtcdElection {
                                      const std::function<bool()>& given_up);
   // How much longer we lead for certain; not above 0: we do not. Once lost, it is not won again but by a Campaign.
   Clock::duration Left() const;
+  // Reads the key: true if we led when this was called, or later, whatever has become of the lease; so no other can
+  // have been elected before the call. False: that is not known after `patience`, or it is known that we are deposed,
+  // and then nothing is left. Blocks.
+  bool Confirm(std::chrono::milliseconds patience);
   // Waits until we no longer lead, or `given_up` says so; it is asked at each poll.
   void WaitUntilLost(const std::function<bool()>& given_up);
   // We cannot go on leading, though the lease may stand.
@@ -65,7 +70,7 @@ class EtcdElection {
   void Resign();
 
  private:
-  absl::StatusOr<std::optional<etcdserverpb::KeyValue>> ReadLeader() const;
+  absl::StatusOr<std::optional<etcdserverpb::KeyValue>> ReadLeader(std::chrono::milliseconds patience) const;
   absl::Status TryToWin();
   absl::Status BeginToLead();
   void Renew(std::int64_t lease, std::int64_t token);

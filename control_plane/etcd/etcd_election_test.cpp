@@ -15,6 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr ElectionTimes kQuick{.ttl = 2s, .poll = 10ms};
+constexpr std::chrono::milliseconds kProofPatience{10'000};  // far beyond what a read takes
 const auto kNobodyGivesUp = [] { return false; };
 const auto kNobodyListens = [](const std::optional<LeaderAddress>&) {};
 
@@ -98,6 +99,35 @@ TEST_F(EtcdElectionTest, WithoutRenewalsItEndsBeforeTheLeaseDoes) {
   EXPECT_LE(one.Left(), 0s);
   EXPECT_GE(EtcdElection::Clock::now() - begun, 1700ms);
   EXPECT_FALSE(etcd_.Value("tessera/leader").empty()) << "etcd still holds the key, and nobody else can lead yet";
+}
+
+TEST_F(EtcdElectionTest, WhoLeadsProvesItUntilTheKeyIsGone) {
+  EtcdElection one(*client_, "tessera", {}, kQuick);
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  EXPECT_TRUE(one.Confirm(kProofPatience));
+  etcd_.ForgetKeys();
+  EXPECT_FALSE(one.Confirm(kProofPatience)) << "etcd goes on renewing the lease";
+  EXPECT_LE(one.Left(), 0s) << "and it knows now";
+}
+
+TEST_F(EtcdElectionTest, TheKeyOfAnotherLeaderProvesNothing) {
+  EtcdElection one(*client_, "tessera", {}, kQuick), two(*client_, "tessera", {}, kQuick);
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.ExpireLeases();
+  ASSERT_TRUE(two.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  EXPECT_FALSE(one.Confirm(kProofPatience));
+  EXPECT_LE(one.Left(), 0s);
+  EXPECT_TRUE(two.Confirm(kProofPatience));
+}
+
+TEST_F(EtcdElectionTest, AReadWithoutAnAnswerProvesNothingAndTheLeaseStands) {
+  EtcdElection one(*client_, "tessera", {}, {.ttl = 30s, .poll = 10ms});
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.FailReads(true);
+  EXPECT_FALSE(one.Confirm(100ms));
+  EXPECT_GT(one.Left(), 0s);
+  etcd_.FailReads(false);
+  EXPECT_TRUE(one.Confirm(kProofPatience));
 }
 
 TEST_F(EtcdElectionTest, RenewalsKeepIt) {

@@ -75,6 +75,11 @@ void FakeEtcd::FailRenewals(bool fail) {
   fail_renewals_ = fail;
 }
 
+void FakeEtcd::FailReads(bool fail) {
+  const std::lock_guard lock(mutex_);
+  fail_reads_ = fail;
+}
+
 void FakeEtcd::ExpireLeases() {
   const std::lock_guard lock(mutex_);
   while (!leases_.empty()) EndLease(leases_.begin()->first);
@@ -194,6 +199,7 @@ void FakeEtcd::TxnNow(const pb::TxnRequest& request, pb::TxnResponse& response) 
 
 grpc::Status FakeEtcd::Range(grpc::ServerContext*, const pb::RangeRequest* request, pb::RangeResponse* response) {
   const std::lock_guard lock(mutex_);
+  if (fail_reads_) return kFakeAway;
   RangeNow(*request, *response);
   return grpc::Status::OK;
 }
@@ -206,6 +212,7 @@ grpc::Status FakeEtcd::Txn(grpc::ServerContext*, const pb::TxnRequest* request, 
   if (grpc::Status status = CheckFakeOps(*request, kFakeMaxOps, puts); !status.ok()) return status;
   const std::lock_guard lock(mutex_);
   ++transactions_;
+  if (fail_reads_ && IsFakeRead(*request)) return kFakeAway;
   if (IsFakeRead(*request) || faults_.empty()) {
     TxnNow(*request, *response);
     return grpc::Status::OK;
