@@ -99,7 +99,7 @@ absl::Status Candidate::Lead(const EtcdFence& fence, const std::function<bool()>
   absl::Status status = store.status();
   if (status.ok()) {
     const LeaderRights rights{.leads = [this] { return election_.Left() > EtcdElection::Clock::duration::zero(); },
-                              .renews_leases = [this] { return election_.Left() > kLeaseTtl + kLeaseDrift; }};
+                              .proves_lead = [this] { return election_.Confirm(kLeaseProofPatience); }};
     const auto reign = Reign::Begin(**store, settings_, metrics_, pages_, rights);
     status = reign.status();
     if (status.ok()) status = Ready();

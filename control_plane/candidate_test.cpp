@@ -14,6 +14,7 @@
 #include "control_plane/etcd/etcd_store.h"
 #include "control_plane/testing/fake_etcd.h"
 #include "control_plane/testing/free_address.h"
+#include "control_plane/testing/grpc_server_fixture.h"
 #include "host/temporary_folder.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "trust/dial.h"
@@ -71,12 +72,12 @@ class Member {
     }
     return -1;
   }
-  std::unique_ptr<v1::HostService::Stub> Hosts() const {
+  std::shared_ptr<grpc::Channel> Channel() const {
     grpc::ChannelArguments own;  // else a channel that failed before the door opened is met again
     own.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    return v1::HostService::NewStub(
-        grpc::CreateCustomChannel("unix:" + socket_, grpc::InsecureChannelCredentials(), own));
+    return grpc::CreateCustomChannel("unix:" + socket_, grpc::InsecureChannelCredentials(), own);
   }
+  std::unique_ptr<v1::HostService::Stub> Hosts() const { return v1::HostService::NewStub(Channel()); }
 
  private:
   std::unique_ptr<EtcdClient> client_;
@@ -88,6 +89,57 @@ class Member {
   std::atomic<bool> ended_{false}, ready_{false}, over_{false};
   absl::Status result_;
   std::thread thread_;
+};
+
+// An agent with one worker, which asks for leases.
+class AskingAgent {
+ public:
+  AskingAgent(const std::shared_ptr<grpc::Channel>& channel, const std::string& join_token)
+      : stub_(v1::AgentLinkService::NewStub(channel)) {
+    context_.set_deadline(std::chrono::system_clock::now() + kCandidatePatience);
+    stream_ = stub_->Attach(&context_);
+    v1::AgentMessage first;
+    first.mutable_hello()->set_join_token(join_token);
+    first.mutable_hello()->set_advertise_address("127.0.0.1");
+    first.mutable_hello()->mutable_resources()->set_region_capacity(1);
+    stream_->Write(first);
+    v1::ControlMessage answer;
+    stream_->Read(&answer);
+  }
+  ~AskingAgent() { context_.TryCancel(); }
+  // Waits until it is ordered to run one.
+  bool AwaitWorker() {
+    v1::ControlMessage message;
+    while (stream_->Read(&message)) {
+      if (message.desired().workers_size() == 0) continue;
+      const v1::WorkerOrder& order = message.desired().workers(0);
+      identity_.set_instance_id(order.instance_id());
+      identity_.set_region(order.region());
+      identity_.set_incarnation(order.incarnation());
+      return true;
+    }
+    return false;
+  }
+  void Ask(std::uint64_t number) {
+    v1::AgentMessage message;
+    *message.mutable_lease()->mutable_identity() = identity_;
+    message.mutable_lease()->set_number(number);
+    stream_->Write(message);
+  }
+  // The number of the next lease that comes; 0: the stream is over.
+  std::uint64_t NextLease() {
+    v1::ControlMessage message;
+    while (stream_->Read(&message)) {
+      if (message.has_lease()) return message.lease().number();
+    }
+    return 0;
+  }
+
+ private:
+  grpc::ClientContext context_;
+  std::unique_ptr<v1::AgentLinkService::Stub> stub_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::AgentMessage, v1::ControlMessage>> stream_;
+  v1::WorkerIdentity identity_;
 };
 
 class CandidateTest : public ::testing::Test {
@@ -190,6 +242,32 @@ TEST_F(CandidateTest, WhoIsDeposedFollows) {
   ASSERT_TRUE(Eventually([&] { return one->leads(); }));
   EXPECT_EQ(Hosts(*one), 1);
   EXPECT_TRUE(one->End().ok());
+}
+
+// Its own lease is not over yet, and yet another may lead by now: etcd may have revoked it early.
+TEST_F(CandidateTest, ALeaderThatEtcdDoesNotAnswerRenewsNoWorkersLease) {
+  const auto one = Start("one");
+  ASSERT_TRUE(Eventually([&] { return one->leads(); }));
+  v1::AddHostRequest add;
+  add.set_name("alpha");
+  v1::AddHostResponse added;
+  ASSERT_TRUE(one->Hosts()->AddHost(&Context(), add, &added).ok());
+  AskingAgent agent(one->Channel(), added.join_token());
+  v1::CreateInstanceRequest create;
+  *create.mutable_spec()->mutable_scene() = TestScene();
+  create.mutable_spec()->set_regions(1);
+  v1::CreateInstanceResponse created;
+  const grpc::Status status =
+      v1::InstanceService::NewStub(one->Channel())->CreateInstance(&Context(), create, &created);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(agent.AwaitWorker());
+
+  agent.Ask(1);
+  EXPECT_EQ(agent.NextLease(), 1U);
+  etcd_.FailReads(true);
+  agent.Ask(2);
+  EXPECT_EQ(agent.NextLease(), 0U) << "it steps down, and has given none until then";
+  etcd_.FailReads(false);
 }
 
 TEST_F(CandidateTest, AFollowersDoorShowsTheClustersAuthority) {

@@ -7,6 +7,7 @@
 #include "control_plane/cluster/queries.h"
 #include "control_plane/instance_plan.h"
 #include "control_plane/one_line.h"
+#include "control_plane/report_limits.h"
 #include "core/world/scene_load.h"
 #include "game_sdk/tools/check.h"
 
@@ -42,6 +43,10 @@ ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::
   last_timer_ = Steady(ReadClocks().steady).count();
   timer_ = std::thread([this] { RunTimer(); });
   files_thread_ = std::thread([this] { RunFiles(); });
+  if (rights_.proves_lead) {
+    lease_proof_ = std::make_unique<LeaseProof>(rights_.proves_lead,
+                                                [this](const AskedLeases::Asked& asked) { GiveLease(asked); });
+  }
 }
 
 ControlPlane::~ControlPlane() {
@@ -480,12 +485,26 @@ std::optional<v1::ControlMessage> ControlPlane::NextMessage(AgentStream& stream)
 }
 
 absl::Status ControlPlane::HandleAgentMessage(AgentStream& stream, const v1::AgentMessage& message) {
-  // A lease that outlived our leadership would let a worker step beside the one that the next leader promotes.
-  if (message.has_lease() && !rights_.renews_leases()) return absl::OkStatus();
+  if (message.has_lease() && lease_proof_) {
+    if (absl::Status status = CheckMessage(message); !status.ok()) return status;
+    lease_proof_->Ask(stream.id, message.lease());
+    return absl::OkStatus();
+  }
   const UrgentLock lock(urgent_);
   absl::Status status = cluster_->HandleAgentMessage(ReadClocks(), stream.id, message);
   Publish();
   return status;
+}
+
+// Asked for before it was proved that we lead: else a worker could step beside the one that the next leader promotes.
+void ControlPlane::GiveLease(const AskedLeases::Asked& asked) {
+  v1::AgentMessage message;
+  *message.mutable_lease() = asked.request;
+  const UrgentLock lock(urgent_);
+  if (stopping_ || !streams_.contains(asked.stream)) return;
+  // It fails for a stream alone that another one has replaced, and whose end has been told.
+  cluster_->HandleAgentMessage(ReadClocks(), asked.stream, message).IgnoreError();
+  Publish();
 }
 
 }  // namespace tessera::control

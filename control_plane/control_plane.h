@@ -30,16 +30,20 @@
 #include "control_plane/cluster/cluster.h"
 #include "control_plane/cluster/known_callers.h"
 #include "control_plane/draft_file.h"
+#include "control_plane/lease_proof.h"
 #include "control_plane/pending_leases.h"
 #include "control_plane/turn_lock.h"
 #include "control_plane/waiting_scenes.h"
 
 namespace tessera::control {
 
-// The rights that one of several control planes has at this moment. Both are asked under the lock, and must not block.
+// The rights that one of several control planes has.
 struct LeaderRights {
-  std::function<bool()> leads = [] { return true; };          // without it nothing is sent to agents any more
-  std::function<bool()> renews_leases = [] { return true; };  // without it workers' leases run out
+  // At this moment; without it nothing is sent to agents any more. Asked under the lock, and must not block.
+  std::function<bool()> leads = [] { return true; };
+  // True: it led when this was called, or later. Without it workers' leases run out. Asked by one thread, which holds
+  // no lock and has to wait for the store. Empty: nobody else can lead.
+  std::function<bool()> proves_lead = nullptr;
 };
 
 class ControlPlane {
@@ -206,6 +210,7 @@ class ControlPlane {
   void PublishCallers();
   void RunTimer();
   void NoteTimer();
+  void GiveLease(const AskedLeases::Asked& asked);
   std::shared_ptr<const ClusterState> picture() const;
   // The thread of all that waits for files and that no call waits for: removals, restores, and a look at the room.
   void RunFiles();
@@ -289,6 +294,7 @@ class ControlPlane {
   bool stopping_ = false;
   std::condition_variable_any stop_, files_wake_;
   std::thread timer_, files_thread_;
+  std::unique_ptr<LeaseProof> lease_proof_;  // null: none is needed. The first to end, as it uses the others
 };
 
 }  // namespace tessera::control

@@ -64,6 +64,13 @@ struct ControlSettings {
 inline constexpr std::chrono::milliseconds kLeaseTtl{1000};
 // How much slower than ours a worker's clock may run within a TTL: 1 in 20, far beyond any quartz.
 inline constexpr std::chrono::milliseconds kLeaseDrift{50};
+// How long one of several control planes waits for the proof that it leads, on which it renews leases: a member of etcd
+// that hangs costs so much, and is then passed over. Longer, and what comes is worth little, since a lease counts from
+// when it was asked for; shorter, and a slow etcd renews none.
+inline constexpr std::chrono::milliseconds kLeaseProofPatience{500};
+// Time from one proof to the next: at most so many reads of etcd, however many hosts ask. Longer, and each lease comes
+// later.
+inline constexpr std::chrono::milliseconds kLeaseProofInterval{20};
 // Time from one message or timer call to the next, beyond which it is this process that has stood still, not its hosts.
 inline constexpr std::chrono::milliseconds kOwnPause{500};
 // Changes of properties of one instance that wait for an answer: each is in the orders of all its workers.
