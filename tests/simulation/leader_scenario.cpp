@@ -29,11 +29,6 @@ constexpr std::uint32_t kMostLeaderRegions = 5;
 bool OneAtATime(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderCutFromHosts; }
 bool TakesARegion(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderCutOffWithHost; }
 
-bool KeepsLeaderAway(LeaderFaultKind kind) {
-  return kind == LeaderFaultKind::kLeaderStopped || kind == LeaderFaultKind::kLeaderCutFromStore ||
-         kind == LeaderFaultKind::kLeaderCutOffWithHost;
-}
-
 void StartAgain(SimulatedControl& control) {
   if (!control.running()) control.Start();
 }
@@ -68,11 +63,9 @@ class LeaderRunner {
   LeaderOutcome outcome_;
   bool ended_ = false;  // all that faults had still to end is ended
   int active_ = 0;      // faults of which there is one at a time
-  int away_ = 0;        // faults that keep the leader from the store, or stop it
   std::string backup_;
   std::set<std::string> in_backup_;
   bool restored_ = false;
-  Micros revoked_at_ = 0;
   std::uint64_t asked_ = 0;
   Micros ask_at_ = 0, amiss_at_ = 0;
   struct Hearing {
@@ -180,17 +173,11 @@ bool LeaderRunner::Safe(const LeaderFault& fault) {
 
 // Known faults of the product, which are not caused:
 //
-//   - A lease that etcd revokes early from a leader that is stopped or cut off from the store, or becomes so before it
-//     hears of it. It renews leases of workers until the end of its own, which it counts from its last renewal: for up
-//     to 2.5 s after the next one was elected, which counts 1.05 s from then. Cut off together with a worker, that one
-//     steps beside the standby that is promoted.
 //   - The same backup put back twice: both restores give the same numbers of lives, since kRestoreJump counts from the
 //     backup.
 //   - A backup put back while a host or a region is away: until all hosts have answered, for up to kRecoverPatience,
 //     RUNNING is said of worlds of which nothing is known.
 bool LeaderRunner::IsKnownFault(LeaderFaultKind kind) const {
-  if (kind == LeaderFaultKind::kLeaseRevoked) return away_ > 0;
-  if (KeepsLeaderAway(kind)) return revoked_at_ > 0 && deployment_.timeline().now() - revoked_at_ < kElectionTtl;
   if (kind != LeaderFaultKind::kOldBackup) return false;
   return restored_ || active_ > 0 || !HostsAreThere();
 }
@@ -220,17 +207,13 @@ bool LeaderRunner::BeginAtControls(const LeaderFault& fault) {
     AtEnd(fault.lasts, [leader] { StartAgain(*leader); });
     return true;
   }
-  ++away_;
   if (fault.kind == LeaderFaultKind::kLeaderStopped) {
     leader->SetStopped(true);
-    AtEnd(std::min(2 * fault.lasts, kStopAtMost), [this, leader] { leader->SetStopped(false), --away_; });
+    AtEnd(std::min(2 * fault.lasts, kStopAtMost), [leader] { leader->SetStopped(false); });
     return true;
   }
   network.Cut(leader->node(), kStoreNode, true);
-  AtEnd(2 * fault.lasts, [this, leader] {
-    deployment_.network().Cut(leader->node(), kStoreNode, false);
-    --away_;
-  });
+  AtEnd(2 * fault.lasts, [&network, leader] { network.Cut(leader->node(), kStoreNode, false); });
   return true;
 }
 
@@ -251,7 +234,6 @@ bool LeaderRunner::BeginAtStore(const LeaderFault& fault) {
     case LeaderFaultKind::kLeaseRevoked:
       if (store.token() == 0) return false;
       store.RevokeEarly();
-      revoked_at_ = deployment_.timeline().now();
       return true;
     default:
       PutBackBackup();
@@ -273,16 +255,15 @@ bool LeaderRunner::BeginBetween(const LeaderFault& fault) {
   std::uint32_t first = 1, last = scenario_.options.hosts;  // range of hosts
   std::vector<std::pair<Node, Node>> cut;                   // from, to
   if (!leader->alive()) return false;
-  if (fault.kind == LeaderFaultKind::kLeaderCutOffWithHost) {
+  if (TakesARegion(fault.kind)) {
     const std::uint32_t place = PlaceOfControl(leader->number());
     network.MovePlace(place, 1);
     network.MovePlace(chosen, 1);
-    ++away_;
+    if (fault.kind == LeaderFaultKind::kRevokedAndCutOff) deployment_.store().RevokeEarly();
     // Beyond the end of its lease, and of the worker's.
     AtEnd(kLongestFault + fault.lasts, [this, &network, place, chosen] {
       network.MovePlace(place, 0);
       network.MovePlace(chosen, 0);
-      --away_;
       --active_;
     });
     return true;
@@ -336,7 +317,7 @@ bool LeaderRunner::BeginAtWorld(const LeaderFault& fault) {
 
 void LeaderRunner::EndFaults() {
   ended_ = true;
-  active_ = away_ = 0;
+  active_ = 0;
   deployment_.network().ClearCuts();
   deployment_.store().SetFull(false);
   deployment_.store().SetWriteTime(0);

@@ -40,11 +40,12 @@ enum class LeaderFaultKind : std::uint8_t {
   kLeaderMute,
   kHostCutFromFollower,
   kLeaderCutOffWithHost,  // the two hear each other, and nobody else hears them
+  kRevokedAndCutOff,      // the same, and its lease is revoked early at that moment
   kWorkerDies,
   kHostCrashes,
   kHostCutOff
 };
-inline constexpr std::size_t kLeaderFaultKinds = 20;
+inline constexpr std::size_t kLeaderFaultKinds = 21;
 inline constexpr std::array<const char*, kLeaderFaultKinds> kLeaderFaultNames = {"leader killed",
                                                                                  "leader stopped",
                                                                                  "leader cut from store",
@@ -62,6 +63,7 @@ inline constexpr std::array<const char*, kLeaderFaultKinds> kLeaderFaultNames = 
                                                                                  "leader heard by no host",
                                                                                  "host cut from a follower",
                                                                                  "leader cut off with a host",
+                                                                                 "the same, lease revoked early",
                                                                                  "worker dies",
                                                                                  "host crashes",
                                                                                  "host cut off"};

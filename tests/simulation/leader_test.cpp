@@ -142,6 +142,52 @@ TEST_F(LeaderTest, AWorkerThatIsCutOffTogetherWithADeposedLeaderStepsBesideNobod
   }
 }
 
+// Each time at another moment between two renewals, and up to 60 ms before the cut. By its own count the leader's lease
+// has up to 3.6 s left.
+TEST_F(LeaderTest, AWorkerThatIsCutOffTogetherWithALeaderWhoseLeaseWasRevokedEarlyStepsBesideNobody) {
+  constexpr std::uint64_t kTimes = 20;
+  std::uint64_t unaware = 0;
+  for (std::uint64_t seed = 1; seed <= kTimes; ++seed) {
+    SCOPED_TRACE(seed);
+    LedWorld run(seed);
+    SimulatedControl& first = run.leader();
+    run.watch.RunFor(seed * kRenewAfter / kTimes);
+    const std::uint32_t host = run.deployment.Find(RegionId(2))->place();
+    run.deployment.store().RevokeEarly();
+    run.watch.RunFor(seed % 4 * Milliseconds(20));
+    unaware += first.alive() ? 1 : 0;
+    run.deployment.network().MovePlace(PlaceOfControl(first.number()), 1);
+    run.deployment.network().MovePlace(host, 1);
+    run.watch.RunFor(Milliseconds(9000));
+    EXPECT_GE(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+    EXPECT_EQ(run.deployment.totals().two_owners, 0U);
+    EXPECT_EQ(run.watch.words().two_owners(), 0U);
+    run.ExpectTruth();
+  }
+  EXPECT_GE(unaware, kTimes / 2);
+}
+
+// Its standby is cut off from it, so it lives by the leader alone.
+TEST_F(LeaderTest, AWorkerThatOnlyTheLeaderRenewsStepsOnWhileTheStoreIsSlow) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    LedWorld run(seed);
+    SimulatedWorker* const worker = run.deployment.Find(RegionId(2));
+    const SimulatedWorker* const standby = run.deployment.Find(worker->order().standby);
+    ASSERT_NE(standby, nullptr);
+    run.deployment.network().Cut(worker->node(), standby->node(), true);
+    run.watch.RunFor(Milliseconds(500));
+    run.deployment.store().SetWriteTime(Milliseconds(2000));
+    const Tick before = worker->region()->tick();
+    run.watch.RunFor(Milliseconds(3000));
+    EXPECT_GE(worker->region()->tick() - before, 170) << "3 s at 60 Hz";
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+    run.deployment.store().SetWriteTime(0);
+    run.deployment.network().ClearCuts();
+    run.ExpectTruth();
+  }
+}
+
 TEST_F(LeaderTest, ALeaderWhoseLeaseIsRevokedEarlyWritesNothingMore) {
   LedWorld run;
   SimulatedControl& first = run.leader();

@@ -71,10 +71,39 @@ void SimulatedControl::StepDown() {
   Follow();
 }
 
-bool SimulatedControl::RenewsLeases() const {
-  if (!several_) return true;
-  const Micros spared = MicrosOf(control::kLeaseTtl + control::kLeaseDrift);
-  return MaySend() && steps_down_at_ > timeline_.now() + spared;
+// --- Workers' leases, as control_plane/lease_proof.h has them.
+
+void SimulatedControl::AskLease(control::StreamId session, const v1::LeaseRequest& request) {
+  asked_leases_.Put(session, request);
+  ProveLead();
+}
+
+// The worst order: the store says how things stand when it is asked, and the answer comes as late as it can.
+void SimulatedControl::ProveLead() {
+  if (!asked_leases_.Begin()) return;
+  const bool asked = ReachesStore();
+  const bool leads = asked && shared_.token() == token_;
+  const Micros takes = asked ? shared_.read_time() : MicrosOf(control::kLeaseProofPatience);
+  timeline_.In(takes, [this, life = life_, asked, leads] {
+    if (!alive() || life != life_) return;
+    network_.InProcess(node(), [this, life, asked, leads] {
+      if (alive() && life == life_) Proved(asked && ReachesStore(), leads);
+    });
+  });
+}
+
+void SimulatedControl::Proved(bool answered, bool leads) {
+  const std::uint64_t life = life_;
+  for (const control::AskedLeases::Asked& asked : asked_leases_.End(answered && leads)) {
+    v1::AgentMessage message;
+    *message.mutable_lease() = asked.request;
+    // It fails for an agent that has gone.
+    cluster_->HandleAgentMessage(Now(), asked.stream, message).IgnoreError();
+    Publish();
+    if (!alive() || life != life_) return;
+  }
+  if (answered && !leads) return EndReign("the lease is over");
+  ProveLead();
 }
 
 }  // namespace tessera::simulation

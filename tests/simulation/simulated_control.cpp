@@ -79,6 +79,7 @@ void SimulatedControl::Drop() {
   ++life_;
   cluster_.reset();
   unsent_.clear();
+  asked_leases_ = {};
   writing_until_ = 0;
   BreakAll(std::exchange(sessions_, {}));
   network_.Leave(node());
@@ -211,7 +212,7 @@ void SimulatedControl::OnMessage(Node from, const Bytes& bytes) {
   if (!message.has_hello()) {
     const auto session = sessions_.find(from);
     if (session == sessions_.end()) return network_.Break(from, node());
-    if (message.has_lease() && !RenewsLeases()) return;
+    if (several_ && message.has_lease()) return AskLease(session->second, message.lease());
     const absl::Status status = cluster_->HandleAgentMessage(Now(), session->second, message);
     Publish();
     if (!status.ok()) network_.Break(from, node());

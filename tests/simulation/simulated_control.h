@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "control_plane/asked_leases.h"
 #include "control_plane/cluster/cluster.h"
 #include "tests/simulation/simulated_store.h"
 #include "tests/simulation/virtual_network.h"
@@ -98,7 +99,9 @@ class SimulatedControl {
   void EndReign(const std::string& why);
   void StepDown();
   bool MaySend() const { return !several_ || (!deposed_ && timeline_.now() < steps_down_at_); }
-  bool RenewsLeases() const;
+  void AskLease(control::StreamId session, const v1::LeaseRequest& request);
+  void ProveLead();
+  void Proved(bool answered, bool leads);
 
   void Lead(std::int64_t token);
   void Drop();
@@ -134,6 +137,7 @@ class SimulatedControl {
   std::int64_t token_ = 0;
   Micros steps_down_at_ = 0, renews_at_ = 0;
   bool deposed_ = false, look_is_due_ = false;
+  control::AskedLeases asked_leases_;
 };
 
 }  // namespace tessera::simulation

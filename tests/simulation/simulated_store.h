@@ -34,6 +34,9 @@ constexpr Micros MicrosOf(std::chrono::microseconds span) { return static_cast<M
 constexpr Micros kElectionTtl = Milliseconds(4000);
 constexpr Micros kStepDownAfter = kElectionTtl - kElectionTtl / 10, kRenewAfter = kElectionTtl / 3;
 constexpr Micros kElectionPoll = Milliseconds(200);
+// An answer to a read, and the share of a slow write by which it comes later: no write holds it up, but the disks that
+// are busy with one.
+constexpr Micros kReadTime = Milliseconds(2), kSlowReadShare = 8;
 
 struct SimulatedCheckpoint {
   control::records::Manifest manifest;
@@ -66,6 +69,7 @@ class SimulatedStore {
   void LoseAnswer(bool carried_out, Micros found_out_after);
   bool full() const { return full_; }
   Micros write_time() const { return write_time_; }
+  Micros read_time() const { return kReadTime + write_time_ / kSlowReadShare; }
 
   // --- Backups.
   std::string Backup() const;  // as an operator keeps it
