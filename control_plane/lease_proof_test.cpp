@@ -1,4 +1,4 @@
-// Who proves that it leads, and when; and what waits for the proof: leases alone.
+// Proofs of the lead, and leases, which alone wait for them.
 #include "control_plane/lease_proof.h"
 
 #include <gtest/gtest.h>
