@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <iostream>
-#include <map>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include "bench/player_seat.h"
 #include "bench/scrape.h"
 #include "bench/statistics.h"
+#include "bench/world_at_rest.h"
 #include "local_cluster/command_error.h"
 #include "telemetry/http_get.h"
 
@@ -22,7 +21,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kStagePatience{120};
 constexpr std::uint64_t kCensusesAfter = 2;
-constexpr std::chrono::seconds kFollowed{1};
 constexpr std::chrono::seconds kPlacesApart{1};
 constexpr const char *kTicksMade = "tessera_region_ticks_total", *kTicksLate = "tessera_region_late_ticks_total";
 
@@ -102,40 +100,11 @@ absl::Status FailoverStage::PlayFor(double seconds) {
   return PlayUntil("time passed", [end] { return Clock::now() > end; });
 }
 
-bool FailoverStage::IsWell() {
-  const v1::Instance instance = run_.Latest();
-  const auto regions = static_cast<int>(regions_);
-  if (instance.state() != v1::INSTANCE_STATE_RUNNING || !instance.changes().empty() ||
-      !instance.unprotected_regions().empty() || instance.map().regions_size() != regions ||
-      instance.region_status_size() != regions) {
-    return false;
-  }
-  std::map<std::uint32_t, std::string> host_of;
-  std::map<std::string, int> on_host;
-  for (const v1::RegionStatus& status : instance.region_status()) {
-    const v1::WorkerReport& report = status.report();
-    if (report.phase() != v1::WORKER_PHASE_RUNNING || report.unprotected() || report.acknowledged_tick() == 0 ||
-        report.map_version() != instance.map().version()) {
-      return false;
-    }
-    host_of[status.region()] = status.host();
-    ++on_host[status.host()];
-  }
-  const auto [least, most] = std::ranges::minmax_element(on_host, {}, [](const auto& entry) { return entry.second; });
-  return most->second <= least->second + 1 && std::ranges::all_of(instance.map().regions(), [&](const auto& region) {
-           return region.standby() != 0 && host_of[region.id()] != host_of[region.standby()];
-         });
-}
-
 absl::Status FailoverStage::PlayUntilWell() {
-  std::optional<Clock::time_point> since;
+  SteadyFor steady(kFollowed);
   return PlayUntil("every region is protected", [&] {
-    if (!IsWell()) {
-      since.reset();
-      return false;
-    }
-    if (!since) since = Clock::now();
-    return Clock::now() - *since >= kFollowed;
+    const v1::Instance instance = run_.Latest();
+    return steady.Take(IsAtRest(instance, regions_) && IsSpreadEvenly(instance), Clock::now());
   });
 }
 

@@ -95,7 +95,6 @@ class FailoverStage {
   local::WorldRun& run() { return run_; }
 
  private:
-  bool IsWell();
   void SeatPlayers(std::uint32_t count);
   void NotePlaces();
   void NoteSeen(BodyId body, const SeenPlace& place);

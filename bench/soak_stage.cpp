@@ -6,11 +6,10 @@
 #include <csignal>
 #include <iostream>
 #include <iterator>
-#include <map>
-#include <optional>
 #include <random>
 #include <utility>
 
+#include "bench/world_at_rest.h"
 #include "host/files.h"
 #include "host/process.h"
 #include "local_cluster/connection.h"
@@ -22,7 +21,7 @@ namespace {
 constexpr std::uint32_t kSoakRegions = 4, kSoakMoreRegions = 6, kSoakHosts = 2;
 constexpr std::uint32_t kSoakCapacity = 8;  // regions a host: one alone could carry all
 constexpr double kSoakView_m = 30;          // some 140 bodies in sight
-constexpr std::chrono::seconds kSoakPatience{120}, kSoakFollowed{1};
+constexpr std::chrono::seconds kSoakPatience{120};
 constexpr std::chrono::milliseconds kSoakLook{50};
 constexpr std::chrono::seconds kSoakCheckpointing{60};
 constexpr std::uint64_t kRollCensuses = 2, kRollPatience = 10;  // censuses: one a second
@@ -73,28 +72,6 @@ std::int64_t SparksOf(const v1::Instance& instance) {
 
 bool IsOver(const v1::Instance& instance) {
   return instance.state() == v1::INSTANCE_STATE_FAILED || instance.state() == v1::INSTANCE_STATE_ENDED;
-}
-
-// All regions run by one map, each with a standby on another host, and nothing is being changed.
-bool IsAtRest(const v1::Instance& instance, std::uint32_t regions) {
-  const auto wanted = static_cast<int>(regions);
-  if (instance.state() != v1::INSTANCE_STATE_RUNNING || !instance.changes().empty() ||
-      !instance.unprotected_regions().empty() || instance.map().regions_size() != wanted ||
-      instance.region_status_size() != wanted) {
-    return false;
-  }
-  std::map<std::uint32_t, std::string> host_of;
-  for (const v1::RegionStatus& status : instance.region_status()) {
-    const v1::WorkerReport& report = status.report();
-    if (report.phase() != v1::WORKER_PHASE_RUNNING || report.unprotected() || report.acknowledged_tick() == 0 ||
-        report.map_version() != instance.map().version()) {
-      return false;
-    }
-    host_of[status.region()] = status.host();
-  }
-  return std::ranges::all_of(instance.map().regions(), [&](const v1::MapRegion& region) {
-    return region.standby() != 0 && host_of[region.id()] != host_of[region.standby()];
-  });
 }
 
 std::uint64_t NewestTick(const v1::Instance& instance) {
@@ -162,15 +139,9 @@ absl::Status SoakStage::Await(const std::string& what, const std::function<bool(
 }
 
 absl::Status SoakStage::AwaitWell() {
-  std::optional<Clock::time_point> since;
-  return Await("every region is protected", [&](const v1::Instance& instance) {
-    if (!IsAtRest(instance, regions_)) {
-      since.reset();
-      return false;
-    }
-    if (!since) since = Clock::now();
-    return Clock::now() - *since >= kSoakFollowed;
-  });
+  SteadyFor steady(kFollowed);
+  return Await("every region is protected",
+               [&](const v1::Instance& instance) { return steady.Take(IsAtRest(instance, regions_), Clock::now()); });
 }
 
 void SoakStage::NoteTakenOut(const v1::Instance& instance) {
