@@ -27,6 +27,7 @@
 #include "control_plane/restraint.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
+#include "telemetry/web_listener.h"
 #include "trust/server_certificate.h"
 
 namespace tessera::control {
@@ -39,7 +40,6 @@ constexpr char kJoinPath[] = "/v1/join", kLeavePath[] = "/v1/leave", kListPath[]
 // a new ticket.
 constexpr int kRequestSeconds = 10;
 constexpr std::chrono::seconds kRequestPatience{kRequestSeconds}, kJoinPatience{60};
-constexpr std::size_t kHeaderBytes = 1024;  // room for an answer's headers
 // A list is no longer: so many worlds, and of so many of those that wait for players who is in.
 constexpr std::size_t kMostListed = 256, kMostListedWaiting = 16;
 
@@ -53,12 +53,6 @@ void ForwardWebLog(int, const char* line) {
   if (!spdlog::should_log(spdlog::level::debug)) return;
   if (!WebLogThrottle().Take(telemetry::LogThrottle::Clock::now())) return;
   spdlog::debug("https {}", telemetry::LogValue(std::string(absl::StripTrailingAsciiWhitespace(line))));
-}
-
-std::string WebHeader(lws* wsi, lws_token_indexes header) {
-  std::array<char, 256> text{};
-  const int bytes = lws_hdr_copy(wsi, text.data(), text.size(), header);
-  return bytes > 0 ? std::string(text.data(), static_cast<std::size_t>(bytes)) : "";
 }
 
 constexpr char kCertificateName[] = "players' certificate";
@@ -122,17 +116,11 @@ struct HttpsDoor::Impl {
   PageAnswer CarryOut(const std::string& path, const std::string& body, const std::string& from,
                       const std::string& address, const std::atomic<bool>& given_up);
   void TakeFinished();
-  void SetListening(lws_context_creation_info& info) const;
-  void Run();
   void Stop();
 
   HttpsSettings settings;
   ControlPlane& plane;
   ControlMetrics& metrics;
-  lws_context* context = nullptr;
-  lws_vhost* vhost = nullptr;
-  std::array<lws_protocols, 2> protocols{};
-  lws_http_mount mount{};
   telemetry::LogThrottle refusals, answered;
   std::atomic<bool> stopping{false};
   std::thread loop;
@@ -141,10 +129,10 @@ struct HttpsDoor::Impl {
   std::map<std::string, std::size_t> by_address;
   std::uint64_t last_number = 0;
   std::map<std::uint64_t, std::unique_ptr<Work>> work;  // by the connection's number
-  std::vector<unsigned char> out;
   // Under `mutex`: finished work.
   std::mutex mutex;
   std::vector<std::pair<std::uint64_t, PageAnswer>> finished;
+  telemetry::WebListener listener;  // after all that its callback uses
 };
 
 // --- Connections -----------------------------------------------------------------------------------------------------
@@ -192,13 +180,13 @@ int HttpsDoor::Impl::Begin(lws* wsi, Connection& connection) {
   if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) <= 0) {
     return Answer(wsi, connection, {.status = 405, .body = R"({"error":"only POST is served here"})"});
   }
-  connection.path = WebHeader(wsi, WSI_TOKEN_POST_URI);
+  connection.path = telemetry::RequestHeader(wsi, WSI_TOKEN_POST_URI);
   if (connection.path != kJoinPath && connection.path != kLeavePath && connection.path != kListPath) {
     return Answer(wsi, connection,
                   {.status = 404, .body = R"({"error":"only /v1/instances, /v1/join and /v1/leave are served here"})"});
   }
   std::uint64_t bytes = 0;
-  if (!absl::SimpleAtoi(WebHeader(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH), &bytes)) {
+  if (!absl::SimpleAtoi(telemetry::RequestHeader(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH), &bytes)) {
     return Answer(wsi, connection, {.status = 411, .body = R"({"error":"Content-Length is missing"})"});
   }
   if (bytes == 0 || bytes > kMaxJoinBodyBytes) {
@@ -232,7 +220,7 @@ void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
         PageAnswer answer = CarryOut(path, body, peer, address, given_up);
         const std::lock_guard lock(mutex);
         finished.emplace_back(number, std::move(answer));
-        lws_cancel_service(context);
+        listener.Wake();
       });
   work.emplace(connection.number, std::move(doing));
 }
@@ -315,32 +303,18 @@ int HttpsDoor::Impl::Answer(lws* wsi, Connection& connection, PageAnswer answer)
 
 // One request a connection: the next one is counted anew.
 int HttpsDoor::Impl::Write(lws* wsi, Connection& connection) {
-  const PageAnswer& answer = *connection.answer;
-  const auto status = static_cast<unsigned>(answer.status);
-  std::vector<unsigned char> headers(LWS_PRE + kHeaderBytes);
-  unsigned char* at = headers.data() + LWS_PRE;
-  unsigned char* const begin = at;
-  unsigned char* const end = headers.data() + headers.size() - 1;
-  const auto add = [&](const char* name, const std::string& value) {
-    return lws_add_http_header_by_name(wsi, reinterpret_cast<const unsigned char*>(name),
-                                       reinterpret_cast<const unsigned char*>(value.data()),
-                                       static_cast<int>(value.size()), &at, end) == 0;
-  };
+  const PageAnswer& page = *connection.answer;
   // Nothing that a browser sends of itself counts here, so a page of any origin may ask as any program may.
-  if (lws_add_http_header_status(wsi, status, &at, end) != 0 || !add("content-type:", "application/json") ||
-      !add("content-length:", std::to_string(answer.body.size())) || !add("connection:", "close") ||
-      !add("cache-control:", "no-store") || !add("access-control-allow-origin:", "*") ||
-      (connection.options &&
-       (!add("access-control-allow-methods:", "POST") || !add("access-control-allow-headers:", "content-type"))) ||
-      (answer.retry_after_s > 0 && !add("retry-after:", std::to_string(answer.retry_after_s))) ||
-      lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
-    return -1;
+  telemetry::LastAnswer answer{.status = page.status,
+                               .content_type = "application/json",
+                               .body = page.body,
+                               .headers = {{"cache-control:", "no-store"}, {"access-control-allow-origin:", "*"}}};
+  if (connection.options) {
+    answer.headers.emplace_back("access-control-allow-methods:", "POST");
+    answer.headers.emplace_back("access-control-allow-headers:", "content-type");
   }
-  if (answer.body.empty()) return -1;
-  out.resize(LWS_PRE + answer.body.size());
-  std::copy(answer.body.begin(), answer.body.end(), out.begin() + LWS_PRE);
-  (void)lws_write(wsi, out.data() + LWS_PRE, answer.body.size(), LWS_WRITE_HTTP_FINAL);
-  return -1;  // bytes that the socket did not take yet are sent before it closes
+  if (page.retry_after_s > 0) answer.headers.emplace_back("retry-after:", std::to_string(page.retry_after_s));
+  return telemetry::WriteLastAnswer(wsi, answer);
 }
 
 // --- The loop --------------------------------------------------------------------------------------------------------
@@ -385,37 +359,16 @@ int HttpsDoor::Impl::OnEvent(lws* wsi, lws_callback_reasons reason, void* user, 
   }
 }
 
-void HttpsDoor::Impl::Run() {
-  while (!stopping && lws_service(context, 0) >= 0) continue;
-}
-
 void HttpsDoor::Impl::Stop() {
-  if (context == nullptr) return;
   stopping = true;
-  lws_cancel_service(context);
+  listener.Wake();
   if (loop.joinable()) loop.join();
   for (auto& [number, doing] : work) {
     doing->given_up = true;
     doing->thread.join();
   }
-  lws_context_destroy(std::exchange(context, nullptr));
+  listener.Close();
   if (IsSocket()) unlink(settings.socket_path.c_str());
-}
-
-// Where it listens, and by what.
-void HttpsDoor::Impl::SetListening(lws_context_creation_info& info) const {
-  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
-  if (IsSocket()) {
-    info.port = 0;
-    info.iface = settings.socket_path.c_str();
-    info.options |= LWS_SERVER_OPTION_UNIX_SOCK;
-    return;
-  }
-  info.port = settings.listen.port;
-  info.iface = settings.listen.host == "0.0.0.0" ? nullptr : settings.listen.host.c_str();
-  info.alpn = "http/1.1";
-  info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX;
-  if (settings.listen.host.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
 }
 
 absl::StatusOr<std::unique_ptr<HttpsDoor>> HttpsDoor::Start(HttpsSettings settings, ControlPlane& plane,
@@ -428,31 +381,20 @@ absl::StatusOr<std::unique_ptr<HttpsDoor>> HttpsDoor::Start(HttpsSettings settin
   auto impl = std::make_unique<Impl>(std::move(settings), plane, metrics);
   Impl& me = *impl;
   lws_set_log_level(LLL_ERR | LLL_WARN, ForwardWebLog);
-  me.protocols[0] = {"http", Impl::OnEvent, 0, 0, 0, nullptr, 0};
-  me.mount.mountpoint = "/";
-  me.mount.mountpoint_len = 1;
-  me.mount.origin = "http";
-  me.mount.origin_protocol = LWSMPRO_CALLBACK;
-
-  lws_context_creation_info info{};
-  me.SetListening(info);
-  info.protocols = me.protocols.data();
-  info.mounts = &me.mount;
-  info.user = impl.get();
-  info.gid = static_cast<gid_t>(-1);
-  info.uid = static_cast<uid_t>(-1);
-  info.timeout_secs = kRequestSeconds;
-  info.keepalive_timeout = kRequestSeconds;
-  me.context = lws_create_context(&info);
-  me.vhost = me.context == nullptr ? nullptr : lws_create_vhost(me.context, &info);
+  const bool open = me.listener.Open({.listen = me.settings.listen,
+                                      .socket_path = me.settings.socket_path,
+                                      .tls = !me.IsSocket(),
+                                      .timeout_s = kRequestSeconds,
+                                      .keepalive_s = kRequestSeconds},
+                                     {{"http", Impl::OnEvent, 0, 0, 0, nullptr, 0}}, &me);
   std::unique_ptr<HttpsDoor> door(new HttpsDoor(std::move(impl)));
-  if (me.vhost == nullptr) {
+  if (!open) {
     const std::string where = me.IsSocket() ? me.settings.socket_path : "address " + host::ToString(me.settings.listen);
     return absl::UnavailableError(absl::StrCat(where, " cannot be served"));
   }
   if (me.IsSocket()) ready = CloseToOthers(me.settings.socket_path);
   if (!ready.ok()) return ready;
-  me.loop = std::thread([&me] { me.Run(); });
+  me.loop = std::thread([&me] { me.listener.Serve(me.stopping); });
   return door;
 }
 
@@ -462,8 +404,7 @@ HttpsDoor::~HttpsDoor() { impl_->Stop(); }
 
 std::string HttpsDoor::address() const {
   if (impl_->IsSocket()) return impl_->settings.socket_path;
-  const auto port = static_cast<std::uint16_t>(lws_get_vhost_listen_port(impl_->vhost));
-  return host::ToString({impl_->settings.listen.host, port});
+  return host::ToString({impl_->settings.listen.host, impl_->listener.port()});
 }
 
 }  // namespace tessera::control

@@ -16,6 +16,7 @@
 #include "gateway/viewer_sockets.h"
 #include "gateway/web_request.h"
 #include "spdlog/spdlog.h"
+#include "telemetry/web_listener.h"
 
 namespace tessera::gateway {
 namespace {
@@ -67,15 +68,11 @@ struct WebServer::Impl {
   }
   void Wake() {
     const std::lock_guard lock(waking);
-    if (!stopped && context != nullptr) lws_cancel_service(context);
+    if (!stopped) listener.Wake();
   }
 
   WebOptions options;
   GatewayMetrics& metrics;
-  lws_context* context = nullptr;
-  lws_vhost* vhost = nullptr;
-  std::array<lws_protocols, 3> protocols{};
-  lws_http_mount mount{};
   lws_retry_bo_t patience{};
   // The timer, and whose it is.
   struct Timer {
@@ -88,6 +85,7 @@ struct WebServer::Impl {
   ViewerSockets viewers;
   HttpSite site;  // after `waking`: its thread wakes the loop
   HttpConnections http{site};
+  telemetry::WebListener listener;  // after all that its callbacks use
 };
 
 // --- Who may connect -------------------------------------------------------------------------------------------------
@@ -201,40 +199,24 @@ int WebServer::Impl::OnViewer(lws* wsi, lws_callback_reasons reason, void* /*use
 void WebServer::Impl::OnTick(lws_sorted_usec_list_t* list) {
   Impl& me = *lws_container_of(list, Timer, list)->owner;
   me.Tick();
-  lws_sul_schedule(me.context, 0, list, OnTick, me.viewers.idle() ? kIdle_us : kFrame_us);
+  lws_sul_schedule(me.listener.context(), 0, list, OnTick, me.viewers.idle() ? kIdle_us : kFrame_us);
 }
 
 // --- The loop --------------------------------------------------------------------------------------------------------
 
 // False: the address cannot be served.
 bool WebServer::Impl::Listen() {
-  protocols[0] = {"http", OnHttp, 0, kMaxViewerMessage_bytes, 0, nullptr, kWrite_bytes};
-  protocols[1] = {kViewerSubprotocol, OnViewer, 0, kMaxViewerMessage_bytes, 0, nullptr, kWrite_bytes};
-  mount.mountpoint = "/";
-  mount.mountpoint_len = 1;
-  mount.origin = "http";
-  mount.origin_protocol = LWSMPRO_CALLBACK;
   patience.secs_since_valid_ping = kPingAfter_s;
   patience.secs_since_valid_hangup = kHangUpAfter_s;
-
-  lws_context_creation_info info{};
-  info.port = options.listen.port;
-  info.iface = options.listen.host == "0.0.0.0" ? nullptr : options.listen.host.c_str();
-  info.protocols = protocols.data();
-  info.mounts = &mount;
-  info.headers = CommonHeaders();
-  info.user = this;
-  info.gid = static_cast<gid_t>(-1);
-  info.uid = static_cast<uid_t>(-1);
-  info.timeout_secs = kRequestTimeout_s;
-  info.retry_and_idle_policy = &patience;
-  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
-  if (options.certificate)
-    info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX;
-  if (options.listen.host.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
-  context = lws_create_context(&info);
-  vhost = context == nullptr ? nullptr : lws_create_vhost(context, &info);
-  return vhost != nullptr;
+  return listener.Open({.listen = options.listen,
+                        .tls = options.certificate.has_value(),
+                        .http2 = true,
+                        .timeout_s = kRequestTimeout_s,
+                        .headers = CommonHeaders(),
+                        .patience = &patience},
+                       {{"http", OnHttp, 0, kMaxViewerMessage_bytes, 0, nullptr, kWrite_bytes},
+                        {kViewerSubprotocol, OnViewer, 0, kMaxViewerMessage_bytes, 0, nullptr, kWrite_bytes}},
+                       this);
 }
 
 absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& options, GatewayMetrics& metrics) {
@@ -253,7 +235,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
     return absl::UnavailableError(absl::StrCat("address ", host::ToString(options.listen), " cannot be served"));
   }
   me.timer.owner = &me;
-  lws_sul_schedule(me.context, 0, &me.timer.list, Impl::OnTick, 1);
+  lws_sul_schedule(me.listener.context(), 0, &me.timer.list, Impl::OnTick, 1);
   return server;
 }
 
@@ -262,24 +244,20 @@ WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 WebServer::~WebServer() { Stop(); }
 
 void WebServer::Stop() {
-  if (impl_->context == nullptr) return;
   {
     const std::lock_guard lock(impl_->waking);
     impl_->stopped = true;
   }
-  lws_context_destroy(std::exchange(impl_->context, nullptr));
+  impl_->listener.Close();
 }
 
-std::string WebServer::address() const {
-  const auto port = static_cast<std::uint16_t>(lws_get_vhost_listen_port(impl_->vhost));
-  return host::ToString({impl_->options.listen.host, port});
-}
+std::string WebServer::address() const { return host::ToString({impl_->options.listen.host, impl_->listener.port()}); }
 
 void WebServer::Serve(Gateway& gateway) {
   impl_->viewers.Serve(gateway);
   impl_->site.Serve(gateway);
 }
-void WebServer::Service() { lws_service(impl_->context, 0); }
+void WebServer::Service() { lws_service(impl_->listener.context(), 0); }
 void WebServer::Wake() { impl_->Wake(); }
 
 }  // namespace tessera::gateway

@@ -2,37 +2,24 @@
 
 #include <libwebsockets.h>
 
-#include <algorithm>
-#include <array>
 #include <atomic>
 #include <map>
 #include <optional>
-#include <string_view>
 #include <thread>
 #include <utility>
-#include <vector>
 
-#include "absl/strings/str_cat.h"
+#include "telemetry/web_listener.h"
 
 namespace tessera::telemetry {
 namespace {
 
 constexpr int kPageSeconds = 10;  // for a handshake, and for a request
 constexpr std::size_t kMostPageConnections = 64;
-constexpr std::size_t kPageHeaderBytes = 1024;  // room for an answer's headers
-// A request's headers that are looked at: a path, a query and a token fit.
-constexpr std::size_t kMostHeaderText = 1024;
-
-std::string HeaderText(lws* wsi, lws_token_indexes header) {
-  std::array<char, kMostHeaderText> text{};
-  const int bytes = lws_hdr_copy(wsi, text.data(), text.size(), header);
-  return bytes > 0 ? std::string(text.data(), static_cast<std::size_t>(bytes)) : "";
-}
 
 // The method and path of a request; other methods than these two are "".
 std::pair<std::string, std::string> MethodAndPath(lws* wsi) {
   for (const auto& [token, method] : {std::pair(WSI_TOKEN_GET_URI, "GET"), std::pair(WSI_TOKEN_HEAD_URI, "HEAD")}) {
-    if (lws_hdr_total_length(wsi, token) > 0) return {method, HeaderText(wsi, token)};
+    if (lws_hdr_total_length(wsi, token) > 0) return {method, RequestHeader(wsi, token)};
   }
   return {};
 }
@@ -55,21 +42,18 @@ struct TlsPageServer::Impl {
 
   const MetricsTls tls;
   ServedPages& pages;
-  lws_context* context = nullptr;
-  lws_vhost* vhost = nullptr;
-  std::array<lws_protocols, 2> protocols{};
-  lws_http_mount mount{};
   std::atomic<bool> stopping{false};
   std::thread loop;
   // Only the loop's thread uses these. A connection without an answer has not asked yet.
   std::map<lws*, std::optional<Answered>> connections;
+  WebListener listener;  // after all that its callback uses
 };
 
 int TlsPageServer::Impl::Begin(lws* wsi) {
   const auto [method, path] = MethodAndPath(wsi);
   const HttpReply reply = pages.Reply({.method = method,
-                                       .request = {.path = path, .query = HeaderText(wsi, WSI_TOKEN_HTTP_URI_ARGS)},
-                                       .authorization = HeaderText(wsi, WSI_TOKEN_HTTP_AUTHORIZATION)});
+                                       .request = {.path = path, .query = RequestHeader(wsi, WSI_TOKEN_HTTP_URI_ARGS)},
+                                       .authorization = RequestHeader(wsi, WSI_TOKEN_HTTP_AUTHORIZATION)});
   connections[wsi] = Answered{.reply = reply, .with_body = method != "HEAD"};
   lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kPageSeconds);
   lws_callback_on_writable(wsi);
@@ -77,29 +61,12 @@ int TlsPageServer::Impl::Begin(lws* wsi) {
 }
 
 int TlsPageServer::Impl::Write(lws* wsi) {
-  const Answered& answered = *connections[wsi];
-  const HttpReply& reply = answered.reply;
-  std::vector<unsigned char> headers(LWS_PRE + kPageHeaderBytes);
-  unsigned char* at = headers.data() + LWS_PRE;
-  unsigned char* const begin = at;
-  unsigned char* const end = headers.data() + headers.size() - 1;
-  const auto add = [&](const char* name, const std::string& value) {
-    return lws_add_http_header_by_name(wsi, reinterpret_cast<const unsigned char*>(name),
-                                       reinterpret_cast<const unsigned char*>(value.data()),
-                                       static_cast<int>(value.size()), &at, end) == 0;
-  };
-  if (lws_add_http_header_status(wsi, static_cast<unsigned>(reply.status), &at, end) != 0 ||
-      !add("content-type:", reply.content_type) || !add("content-length:", std::to_string(reply.body.size())) ||
-      !add("connection:", "close") || (reply.status == 405 && !add("allow:", "GET, HEAD")) ||
-      (reply.status == 401 && !add("www-authenticate:", "Bearer")) ||
-      lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
-    return -1;
-  }
-  if (!answered.with_body || reply.body.empty()) return -1;
-  std::vector<unsigned char> out(LWS_PRE + reply.body.size());
-  std::copy(reply.body.begin(), reply.body.end(), out.begin() + LWS_PRE);
-  (void)lws_write(wsi, out.data() + LWS_PRE, reply.body.size(), LWS_WRITE_HTTP_FINAL);
-  return -1;  // bytes that the socket did not take yet are sent before it closes
+  const auto& [reply, with_body] = *connections[wsi];
+  LastAnswer answer{
+      .status = reply.status, .content_type = reply.content_type.c_str(), .body = reply.body, .only_head = !with_body};
+  if (reply.status == 405) answer.headers.emplace_back("allow:", "GET, HEAD");
+  if (reply.status == 401) answer.headers.emplace_back("www-authenticate:", "Bearer");
+  return WriteLastAnswer(wsi, answer);
 }
 
 int TlsPageServer::Impl::OnEvent(lws* wsi, lws_callback_reasons reason, void* user, void*, size_t) {
@@ -131,48 +98,24 @@ absl::StatusOr<std::unique_ptr<TlsPageServer>> TlsPageServer::Start(const std::s
   lws_set_log_level(0, nullptr);
   auto impl = std::make_unique<Impl>(std::move(tls), pages);
   Impl& me = *impl;
-  me.protocols[0] = {"http", Impl::OnEvent, 0, 0, 0, nullptr, 0};
-  me.mount.mountpoint = "/";
-  me.mount.mountpoint_len = 1;
-  me.mount.origin = "http";
-  me.mount.origin_protocol = LWSMPRO_CALLBACK;
-
-  lws_context_creation_info info{};
-  info.options =
-      LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX;
-  if (address.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
-  info.port = port;
-  info.iface = address == "0.0.0.0" ? nullptr : address.c_str();
-  info.alpn = "http/1.1";
-  info.protocols = me.protocols.data();
-  info.mounts = &me.mount;
-  info.user = impl.get();
-  info.gid = static_cast<gid_t>(-1);
-  info.uid = static_cast<uid_t>(-1);
-  info.timeout_secs = kPageSeconds;
-  info.keepalive_timeout = kPageSeconds;
-  me.context = lws_create_context(&info);
-  me.vhost = me.context == nullptr ? nullptr : lws_create_vhost(me.context, &info);
+  const bool open =
+      me.listener.Open({.listen = {address, port}, .tls = true, .timeout_s = kPageSeconds, .keepalive_s = kPageSeconds},
+                       {{"http", Impl::OnEvent, 0, 0, 0, nullptr, 0}}, &me);
   std::unique_ptr<TlsPageServer> server(new TlsPageServer(std::move(impl)));
-  if (me.vhost == nullptr) return absl::UnavailableError("the address cannot be bound");
-  me.loop = std::thread([&me] {
-    while (!me.stopping && lws_service(me.context, 0) >= 0) continue;
-  });
+  if (!open) return absl::UnavailableError("the address cannot be bound");
+  me.loop = std::thread([&me] { me.listener.Serve(me.stopping); });
   return server;
 }
 
 TlsPageServer::TlsPageServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 TlsPageServer::~TlsPageServer() {
-  if (impl_->context == nullptr) return;
   impl_->stopping = true;
-  lws_cancel_service(impl_->context);
+  impl_->listener.Wake();
   if (impl_->loop.joinable()) impl_->loop.join();
-  lws_context_destroy(std::exchange(impl_->context, nullptr));
+  impl_->listener.Close();
 }
 
-std::uint16_t TlsPageServer::port() const {
-  return static_cast<std::uint16_t>(lws_get_vhost_listen_port(impl_->vhost));
-}
+std::uint16_t TlsPageServer::port() const { return impl_->listener.port(); }
 
 }  // namespace tessera::telemetry
