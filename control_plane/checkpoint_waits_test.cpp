@@ -11,9 +11,9 @@
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_plane.h"
 #include "control_plane/memory_store.h"
-#include "control_plane/secrets.h"
 #include "control_plane/stored_records.h"
 #include "control_plane/testing/grpc_server_fixture.h"
+#include "control_plane/testing/loaded_plane.h"
 #include "core/world/partition_io.h"
 #include "core/world/partition_map.h"
 #include "core/world/sha256.h"
@@ -94,16 +94,11 @@ class CheckpointWaitsTest : public testing::Test {
   CheckpointWaitsTest() {
     auto target = std::make_unique<HeldTarget>();
     target_ = target.get();
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
     // Nobody plays the host's agent, and no machine is so slow that it counts as lost.
     ControlSettings patient;
     patient.lost_after = patient.failover_after = std::chrono::hours(1);
     patient.start_timeout = kStartTimeout;
-    auto cluster = Cluster::Load(store_, patient, SystemRandomBytes, now);
-    EXPECT_TRUE(cluster.ok()) << cluster.status();
-    plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster),
-                                            std::make_unique<CheckpointFiles>(std::move(target)));
+    plane_ = LoadPlane(store_, patient, std::make_unique<CheckpointFiles>(std::move(target)));
     plane_->Call([](Cluster& loaded, Now at) {
       v1::AddHostRequest request;
       request.set_name("alpha");

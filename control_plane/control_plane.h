@@ -65,6 +65,9 @@ class ControlPlane {
                LeaderRights rights = {});
   ~ControlPlane();
 
+  // The machine's clocks, by which all its calls go.
+  static Now ReadClocks();
+
   // Calls `action(Cluster&, Now)` under the lock; what it sets off goes out before the result comes back.
   template <class Action>
   auto Call(Action&& action) {

@@ -6,7 +6,6 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 #include <poll.h>
-#include <sodium.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -17,10 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "control_plane/grpc_server.h"
-#include "control_plane/memory_store.h"
+#include "control_plane/doors_fixture.h"
 #include "host/socket_address.h"
-#include "host/temporary_folder.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
@@ -66,43 +63,7 @@ TEST(CallSlotsTest, ImportsOfOneCallerAreFew) {
   EXPECT_NE(slots.Take(At(Door::kOperators, "ada"), "ipv4:192.0.2.7:9", "S/Get"), nullptr);
 }
 
-class DoorLimitsTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_GE(sodium_init(), 0);
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
-    auto cluster = Cluster::Load(store_, {}, SystemRandomBytes, now);
-    ASSERT_TRUE(cluster.ok()) << cluster.status();
-    plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster));
-    auto authority = OpenAuthority(store_, folder_.path() + "/seal.key", SystemRandomBytes);
-    ASSERT_TRUE(authority.ok()) << authority.status();
-    fingerprint_ = authority->fingerprint;
-    const GrpcDoors doors{
-        .socket = folder_.path() + "/control.sock", .operators = "127.0.0.1:0", .players = "127.0.0.1:0"};
-    auto server = GrpcServer::Start(doors, *std::move(authority), *plane_, metrics_);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-  }
-  void TearDown() override {
-    plane_->Stop();
-    server_.reset();
-    plane_.reset();
-  }
-  std::shared_ptr<grpc::Channel> Dialled(const std::string& address) {
-    const auto channel = trust::Dial(address, {}, {});
-    EXPECT_TRUE(channel.ok()) << channel.status();
-    return *channel;
-  }
-  std::shared_ptr<grpc::Channel> Players() { return Dialled(server_->players() + "#" + fingerprint_); }
-
-  const host::TemporaryFolder folder_;
-  MemoryStore store_;
-  ControlMetrics metrics_;
-  std::string fingerprint_;
-  std::unique_ptr<ControlPlane> plane_;
-  std::unique_ptr<GrpcServer> server_;
-};
+class DoorLimitsTest : public DoorsTest {};
 
 int Connect(const std::string& address) {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -132,7 +93,7 @@ TEST_F(DoorLimitsTest, AnAddressWithAsManyConnectionsAsItMayHaveGetsNoMoreUntilI
   const auto ask = [this](bool wait_for_room) {
     grpc::ChannelArguments own;
     own.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    const auto channel = trust::Dial(server_->operators() + "#" + fingerprint_, {}, own);
+    const auto channel = trust::Dial(server_->operators() + "#" + authority_.fingerprint, {}, own);
     if (!channel.ok()) return grpc::StatusCode::UNAVAILABLE;
     grpc::ClientContext context;
     context.set_wait_for_ready(wait_for_room);

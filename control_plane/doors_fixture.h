@@ -4,13 +4,13 @@
 #include <gtest/gtest.h>
 #include <sodium.h>
 
-#include <chrono>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "control_plane/grpc_server.h"
 #include "control_plane/memory_store.h"
+#include "control_plane/testing/loaded_plane.h"
 #include "host/temporary_folder.h"
 #include "tessera/v1/access.grpc.pb.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
@@ -24,11 +24,8 @@ class DoorsTest : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_GE(sodium_init(), 0);
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
-    auto cluster = Cluster::Load(store_, {}, SystemRandomBytes, now);
-    ASSERT_TRUE(cluster.ok()) << cluster.status();
-    plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster));
+    plane_ = LoadPlane(store_);
+    ASSERT_NE(plane_, nullptr);
     auto authority = OpenAuthority(store_, folder_.path() + "/seal.key", SystemRandomBytes);
     ASSERT_TRUE(authority.ok()) << authority.status();
     authority_ = *authority;

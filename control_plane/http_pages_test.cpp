@@ -12,6 +12,7 @@
 
 #include "control_plane/backup.h"
 #include "control_plane/memory_store.h"
+#include "control_plane/testing/loaded_plane.h"
 #include "prometheus/registry.h"
 #include "telemetry/http_get.h"
 
@@ -23,9 +24,7 @@ using ::testing::HasSubstr;
 class HttpPagesTest : public ::testing::Test {
  protected:
   HttpPagesTest() {
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
-    plane_ = std::make_unique<ControlPlane>(store_, *Cluster::Load(store_, {}, SystemRandomBytes, now));
+    plane_ = LoadPlane(store_);
     server_ = *telemetry::MetricsServer::Start("127.0.0.1", 0, std::make_shared<prometheus::Registry>());
     AddPages(*server_, gate_);
     gate_->Set(plane_.get());
@@ -78,11 +77,10 @@ TEST_F(HttpPagesTest, NobodyJoinsOneThatBeganFromABackupBeforeItKnowsWhatRuns) {
                   .ok());
   MemoryStore store;
   ASSERT_TRUE(RestoreBackup(backup, store).ok());
-  const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                std::chrono::system_clock::now().time_since_epoch()};
-  auto cluster = *Cluster::Load(store, {}, SystemRandomBytes, now);
-  ASSERT_TRUE(cluster->state().recovering());
-  ControlPlane restored(store, std::move(cluster));
+  const auto plane = LoadPlane(store);
+  ASSERT_NE(plane, nullptr);
+  ControlPlane& restored = *plane;
+  ASSERT_TRUE(restored.Ask([](const ClusterState& state) { return state.recovering(); }));
   v1::JoinInstanceRequest request;
   request.set_instance_id("inst-1");
   absl::Status status = restored.CheckRecovered();

@@ -24,6 +24,7 @@
 #include "control_plane/memory_store.h"
 #include "control_plane/testing/fake_backend.h"
 #include "control_plane/testing/fake_workers.h"
+#include "control_plane/testing/loaded_plane.h"
 #include "control_plane/testing/test_plan.h"
 #include "host/temporary_folder.h"
 #include "net/join_grant.h"
@@ -85,9 +86,8 @@ class HttpsDoorTest : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_GE(sodium_init(), 0);
-    auto cluster = Cluster::Load(store_, {}, SystemRandomBytes, Time());
-    ASSERT_TRUE(cluster.ok()) << cluster.status();
-    plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster));
+    plane_ = LoadPlane(store_);
+    ASSERT_NE(plane_, nullptr);
     authority_ = *trust::MakeAuthority();
     const auto own = *trust::IssueServer(authority_, "01");
     settings_ = {.listen = {"127.0.0.1", 0}, .certificate = own.certificate, .key = own.key};
@@ -108,9 +108,6 @@ class HttpsDoorTest : public ::testing::Test {
     auto door = HttpsDoor::Start(settings_, *plane_, metrics_);
     ASSERT_TRUE(door.ok()) << door.status();
     door_ = *std::move(door);
-  }
-  static Now Time() {
-    return {std::chrono::steady_clock::now().time_since_epoch(), std::chrono::system_clock::now().time_since_epoch()};
   }
   std::string Instance(bool guests = false, bool lazy = false) {
     InstancePlan plan = TestPlan(2, lazy ? 2 : 0);
@@ -203,7 +200,7 @@ class HttpsDoorTest : public ::testing::Test {
 
 TEST_F(HttpsDoorTest, ATicketIsExchangedForAGrantOnce) {
   const std::string id = Instance();
-  const nlohmann::json body{{"ticket", game_.MakeText("ada", Time())}, {"instance", id}};
+  const nlohmann::json body{{"ticket", game_.MakeText("ada", ControlPlane::ReadClocks())}, {"instance", id}};
   const HttpAnswer joined = Post("/v1/join", body);
   ASSERT_EQ(joined.status, 200) << joined.body;
   EXPECT_EQ(joined.body["player"], 1);
@@ -222,7 +219,8 @@ TEST_F(HttpsDoorTest, ATicketIsExchangedForAGrantOnce) {
 
 TEST_F(HttpsDoorTest, WhoHasAGrantComesBackAndLeaves) {
   const std::string id = Instance();
-  const HttpAnswer first = Post("/v1/join", {{"ticket", game_.MakeText("ada", Time())}, {"instance", id}});
+  const HttpAnswer first =
+      Post("/v1/join", {{"ticket", game_.MakeText("ada", ControlPlane::ReadClocks())}, {"instance", id}});
   ASSERT_EQ(first.status, 200) << first.body;
   const HttpAnswer again = Post("/v1/join", {{"grant", first.body["grant"]}});
   ASSERT_EQ(again.status, 200) << again.body;
@@ -375,7 +373,8 @@ TEST_F(HttpsDoorTest, AnAddressHasSoManyConnectionsAndGetsThemBack) {
 TEST_F(HttpsDoorTest, StrangersAreShownNoAccounts) {
   // Before there is another server: the fixture's host says nothing more, and is lost five seconds after it came.
   const std::string id = Instance();
-  ASSERT_EQ(Post("/v1/join", {{"ticket", game_.MakeText("ada", Time())}, {"instance", id}}).status, 200);
+  ASSERT_EQ(Post("/v1/join", {{"ticket", game_.MakeText("ada", ControlPlane::ReadClocks())}, {"instance", id}}).status,
+            200);
   const host::TemporaryFolder folder;
   const std::string fingerprint = trust::ReadCertificate(authority_.certificate)->fingerprint;
   const auto server =

@@ -96,10 +96,8 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
   if (absl::Status status = CheckBelongTogether(store, **files, settings); !status.ok()) return status;
   auto authority = AuthorityFor(settings, store);
   if (!authority.ok()) return authority.status();
-  const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                std::chrono::system_clock::now().time_since_epoch()};
   std::unique_ptr<Reign> reign(new Reign(store, metrics, pages.gate));
-  auto cluster = Cluster::Load(reign->cluster_store_, settings.control, SystemRandomBytes, now);
+  auto cluster = Cluster::Load(reign->cluster_store_, settings.control, SystemRandomBytes, ControlPlane::ReadClocks());
   if (!cluster.ok()) return cluster.status();
   reign->plane_ =
       std::make_unique<ControlPlane>(reign->store_, *std::move(cluster), *std::move(files), std::move(rights));

@@ -20,26 +20,12 @@ class SceneServiceTest : public GrpcServerTest {
   void SetUp() override {
     settings_.lost_after = std::chrono::hours(1);  // nobody plays the agent
     GrpcServerTest::SetUp();
-    // Once more, with a folder for what comes in pieces.
-    plane_->Stop();
-    server_.reset();
-    plane_.reset();
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
-    auto cluster = Cluster::Load(*store_, settings_, SystemRandomBytes, now);
-    ASSERT_TRUE(cluster.ok()) << cluster.status();
-    auto files = CheckpointFiles::Open(folder_.path() + "/checkpoints");
-    ASSERT_TRUE(files.ok()) << files.status();
-    plane_ = std::make_unique<ControlPlane>(*store_, *std::move(cluster), *std::move(files));
-    auto server = GrpcServer::Start({.socket = folder_.path() + "/again.sock", .operators = {}, .players = {}},
-                                    std::nullopt, *plane_, metrics_);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-    channel_ = grpc::CreateChannel(server_->socket(), grpc::InsecureChannelCredentials());
-    hosts_ = v1::HostService::NewStub(channel_);
-    instances_ = v1::InstanceService::NewStub(channel_);
-    sessions_ = v1::SessionService::NewStub(channel_);
     AddAgent();
+  }
+  std::unique_ptr<CheckpointFiles> OpenFiles() override {
+    auto files = CheckpointFiles::Open(folder_.path() + "/checkpoints");
+    EXPECT_TRUE(files.ok()) << files.status();
+    return files.ok() ? *std::move(files) : nullptr;
   }
 
   grpc::Status Put(const std::string& hash, std::uint64_t size, const std::string& bytes) {

@@ -55,9 +55,7 @@ class StandingStore final : public Store {
 class SlowStoreTest : public testing::Test {
  protected:
   SlowStoreTest() {
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
-    auto cluster = Cluster::Load(timed_, {}, SystemRandomBytes, now);
+    auto cluster = Cluster::Load(timed_, {}, SystemRandomBytes, ControlPlane::ReadClocks());
     EXPECT_TRUE(cluster.ok()) << cluster.status();
     plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster));
     noting_ = plane_.get();

@@ -15,10 +15,10 @@
 #include "control_plane/etcd/etcd_election.h"
 #include "control_plane/etcd/etcd_store.h"
 #include "control_plane/memory_store.h"
-#include "control_plane/secrets.h"
 #include "control_plane/stored_records.h"
 #include "control_plane/testing/fake_etcd.h"
 #include "control_plane/testing/grpc_server_fixture.h"
+#include "control_plane/testing/loaded_plane.h"
 #include "core/world/limits.h"
 #include "core/world/sha256.h"
 #include "tessera/v1/visuals.grpc.pb.h"
@@ -274,14 +274,6 @@ class FailingStore final : public Store {
   bool failed_ = false;
 };
 
-std::unique_ptr<ControlPlane> PlaneOn(Store& store) {
-  const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                std::chrono::system_clock::now().time_since_epoch()};
-  auto cluster = Cluster::Load(store, {}, SystemRandomBytes, now);
-  EXPECT_TRUE(cluster.ok()) << cluster.status();
-  return std::make_unique<ControlPlane>(store, *std::move(cluster));
-}
-
 std::string FileIn(ControlPlane& plane, const std::string& sha256) {
   std::string bytes;
   const auto size = plane.VisualSize(sha256);
@@ -292,7 +284,7 @@ std::string FileIn(ControlPlane& plane, const std::string& sha256) {
 TEST(VisualStoreTest, AStoreThatFailsAtOnePieceKeepsNothingAndTakesTheFileTheNextTime) {
   const std::string bytes = Bytes((3 << 20) + 5), sha256 = Sha256Hex(bytes);
   FailingStore store(VisualPieceKey(sha256, 2));
-  const auto plane = PlaneOn(store);
+  const auto plane = LoadPlane(store);
   EXPECT_EQ(plane->PutVisual(sha256, bytes).code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(plane->VisualSize(sha256).status().code(), absl::StatusCode::kNotFound);
   ASSERT_TRUE(plane->PutVisual(sha256, bytes).ok());
@@ -303,10 +295,10 @@ TEST(VisualStoreTest, AStoreThatFailsAtOnePieceKeepsNothingAndTakesTheFileTheNex
 TEST(VisualStoreTest, AnotherLifeRemovesWhatOneBeforeItLeft) {
   const std::string bytes = Bytes((3 << 20) + 5), sha256 = Sha256Hex(bytes);
   FailingStore store(VisualPieceKey(sha256, 2));
-  auto plane = PlaneOn(store);
+  auto plane = LoadPlane(store);
   EXPECT_FALSE(plane->PutVisual(sha256, bytes).ok());
   plane.reset();
-  plane = PlaneOn(store);
+  plane = LoadPlane(store);
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (!store.List(kVisualKeys)->empty() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
   EXPECT_TRUE(store.List(kVisualKeys)->empty());
@@ -319,11 +311,11 @@ TEST(VisualStoreTest, EtcdHasFilesOfMorePiecesThanItTakesAtOnce) {
   const auto fence = election.Campaign([](const auto&) {}, [] { return false; });
   ASSERT_TRUE(fence.ok()) << fence.status();
   const auto store = *EtcdStore::Open(*client, etcd.address().prefix, *fence, nullptr);
-  auto plane = PlaneOn(*store);
+  auto plane = LoadPlane(*store);
   const std::string bytes = Bytes((5 << 20) + 1), sha256 = Sha256Hex(bytes);
   ASSERT_TRUE(plane->PutVisual(sha256, bytes).ok());
   plane.reset();
-  plane = PlaneOn(*store);
+  plane = LoadPlane(*store);
   EXPECT_TRUE(FileIn(*plane, sha256) == bytes);
 }
 

@@ -16,6 +16,7 @@
 #include "control_plane/grpc_server.h"
 #include "control_plane/sqlite_store.h"
 #include "control_plane/testing/fake_workers.h"
+#include "control_plane/testing/loaded_plane.h"
 #include "core/world/scene_io.h"
 #include "host/temporary_folder.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
@@ -110,12 +111,9 @@ class GrpcServerTest : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_GE(sodium_init(), 0);
-    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
-                  std::chrono::system_clock::now().time_since_epoch()};
     store_ = *SqliteStore::Open(folder_.path() + "/control.db");
-    auto cluster = Cluster::Load(*store_, settings_, SystemRandomBytes, now);
-    ASSERT_TRUE(cluster.ok()) << cluster.status();
-    plane_ = std::make_unique<ControlPlane>(*store_, *std::move(cluster));
+    plane_ = LoadPlane(*store_, settings_, OpenFiles());
+    ASSERT_NE(plane_, nullptr);
     auto server = GrpcServer::Start({.socket = folder_.path() + "/control.sock", .operators = {}, .players = {}},
                                     std::nullopt, *plane_, metrics_);
     ASSERT_TRUE(server.ok()) << server.status();
@@ -125,6 +123,8 @@ class GrpcServerTest : public ::testing::Test {
     instances_ = v1::InstanceService::NewStub(channel_);
     sessions_ = v1::SessionService::NewStub(channel_);
   }
+  // Null: no checkpoints are kept, and nothing comes in pieces.
+  virtual std::unique_ptr<CheckpointFiles> OpenFiles() { return nullptr; }
   void TearDown() override {
     agent_.reset();
     if (plane_) plane_->Stop();
