@@ -1,7 +1,5 @@
 #include "tests/simulation/deployment_scenario.h"
 
-#include <algorithm>
-
 #include "absl/strings/str_cat.h"
 
 namespace tessera::simulation {
@@ -46,14 +44,7 @@ bool DeploymentRunner::Safe(const DeploymentFault& fault) {
   if (fault.kind == DeploymentFaultKind::kNewcomerDies) return active_ == 0 && deployment_.control().alive();
   // In the middle of a change a newcomer's standby may have no copy yet.
   if (active_ > 0 || !deployment_.Still()) return false;
-  const std::vector<SimulatedWorker*> workers = deployment_.Workers();
-  if (workers.size() < 2) return false;
-  const bool one_host = fault.kind != DeploymentFaultKind::kWorkerDies;
-  return std::ranges::all_of(workers, [&](SimulatedWorker* worker) {
-    if (!worker->Moves() || !worker->Protected()) return false;
-    SimulatedWorker* standby = deployment_.Find(worker->order().standby);
-    return standby != nullptr && (!one_host || standby->place() != worker->place());
-  });
+  return StandbysOutlive(deployment_, fault.kind != DeploymentFaultKind::kWorkerDies);
 }
 
 void DeploymentRunner::AtEnd(const DeploymentFault& fault, std::function<void()> action) {
@@ -224,15 +215,9 @@ DeploymentScenario DrawDeployment(std::uint64_t seed) {
 }
 
 std::string Describe(const DeploymentScenario& scenario) {
-  std::string text = absl::StrCat("deployment of ", scenario.scene->bodies.size(), " bodies, ",
-                                  scenario.options.regions, " regions on ", scenario.options.hosts, " hosts:");
-  const char* separator = " ";
-  for (const DeploymentFault& fault : scenario.faults) {
-    absl::StrAppend(&text, separator, kDeploymentFaultNames[static_cast<std::size_t>(fault.kind)], " (+",
-                    fault.after / 1000, " ms, for ", fault.lasts / 1000, " ms)");
-    separator = ", ";
-  }
-  return text;
+  return absl::StrCat("deployment of ", scenario.scene->bodies.size(), " bodies, ", scenario.options.regions,
+                      " regions on ", scenario.options.hosts,
+                      " hosts:", FaultsText(scenario.faults, kDeploymentFaultNames));
 }
 
 ScenarioOutcome Run(const DeploymentScenario& scenario) { return DeploymentRunner(scenario).Run(); }

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/deployment.h"
+#include "tests/simulation/drawn_fault.h"
 #include "tests/simulation/scenario.h"
 
 namespace tessera::simulation {
@@ -50,13 +50,7 @@ inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFault
     "host stands still",
     "newcomer dies"};
 
-struct DeploymentFault {
-  DeploymentFaultKind kind = DeploymentFaultKind::kAgentDies;
-  Micros after = 0;  // the one before has begun
-  Micros lasts = 0;
-  std::uint32_t whom = 0;  // a host, or a region, by a number to be taken modulo how many there are
-  double strength = 0;
-};
+using DeploymentFault = DrawnFault<DeploymentFaultKind>;
 
 struct DeploymentScenario {
   std::uint64_t seed = 0;

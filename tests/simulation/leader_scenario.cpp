@@ -163,12 +163,7 @@ void LeaderRunner::AtEnd(Micros lasts, std::function<void()> action) {
 bool LeaderRunner::Safe(const LeaderFault& fault) {
   if (active_ > 0 || !deployment_.Still()) return false;
   if (!TakesARegion(fault.kind)) return true;
-  const std::vector<SimulatedWorker*> workers = deployment_.Workers();
-  const bool one_host = fault.kind != LeaderFaultKind::kWorkerDies;
-  return workers.size() > 1 && std::ranges::all_of(workers, [&](SimulatedWorker* worker) {
-           SimulatedWorker* standby = deployment_.Find(worker->order().standby);
-           return standby != nullptr && (!one_host || standby->place() != worker->place());
-         });
+  return StandbysOutlive(deployment_, fault.kind != LeaderFaultKind::kWorkerDies);
 }
 
 // Known faults of the product, which are not caused:
@@ -413,15 +408,9 @@ LeaderScenario DrawLeaders(std::uint64_t seed) {
 }
 
 std::string Describe(const LeaderScenario& scenario) {
-  std::string text = absl::StrCat(scenario.options.controls, " control planes, ", scenario.balls, " bodies, ",
-                                  scenario.options.regions, " regions on ", scenario.options.hosts, " hosts:");
-  const char* separator = " ";
-  for (const LeaderFault& fault : scenario.faults) {
-    absl::StrAppend(&text, separator, kLeaderFaultNames[static_cast<std::size_t>(fault.kind)], " (+",
-                    fault.after / 1000, " ms, for ", fault.lasts / 1000, " ms)");
-    separator = ", ";
-  }
-  return text;
+  return absl::StrCat(scenario.options.controls, " control planes, ", scenario.balls, " bodies, ",
+                      scenario.options.regions, " regions on ", scenario.options.hosts,
+                      " hosts:", FaultsText(scenario.faults, kLeaderFaultNames));
 }
 
 LeaderOutcome Run(const LeaderScenario& scenario) { return LeaderRunner(scenario).Run(); }

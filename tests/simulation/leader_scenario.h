@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/deployment.h"
+#include "tests/simulation/drawn_fault.h"
 
 namespace tessera::simulation {
 
@@ -68,13 +68,7 @@ inline constexpr std::array<const char*, kLeaderFaultKinds> kLeaderFaultNames = 
                                                                                  "host crashes",
                                                                                  "host cut off"};
 
-struct LeaderFault {
-  LeaderFaultKind kind = LeaderFaultKind::kLeaderKilled;
-  Micros after = 0;  // the one before has begun
-  Micros lasts = 0;
-  std::uint32_t whom = 0;  // a host, a worker or a follower, by a number to be taken modulo how many there are
-  double strength = 0;     // 0 to 1
-};
+using LeaderFault = DrawnFault<LeaderFaultKind>;
 
 struct LeaderScenario {
   std::uint64_t seed = 0;
