@@ -7,6 +7,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <chrono>
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -40,6 +41,28 @@ class Connection {
     context.set_deadline(std::chrono::system_clock::now() + timeout);
     Response response;
     Check((stub.*method)(&context, request, &response), what);
+    return response;
+  }
+
+  // The same for a call that takes `bytes` in pieces of at most `piece_bytes`: `first` is a piece without data, whose
+  // other fields go with the first one alone.
+  template <class Stub, class Piece, class Response>
+  Response Send(const std::string& what, Stub& stub,
+                std::unique_ptr<grpc::ClientWriter<Piece>> (Stub::*method)(grpc::ClientContext*, Response*),
+                const Piece& first, const std::string& bytes, std::size_t piece_bytes,
+                std::chrono::milliseconds timeout) const {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + timeout);
+    Response response;
+    const auto stream = (stub.*method)(&context, &response);
+    Piece piece = first;
+    for (std::size_t at = 0; at < bytes.size(); at += piece_bytes) {
+      piece.set_data(bytes.substr(at, piece_bytes));
+      if (!stream->Write(piece)) break;  // refused, or there already: the status says
+      piece.Clear();
+    }
+    stream->WritesDone();
+    Check(stream->Finish(), what);
     return response;
   }
 

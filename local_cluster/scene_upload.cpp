@@ -33,20 +33,11 @@ std::string Serialised(const v1::Scene& scene) {
 }
 
 void SendScene(Connection& connection, const std::string& hash, const std::string& bytes) {
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kScenePatience);
-  v1::PutSceneResponse response;
-  const auto stream = connection.instances().PutScene(&context, &response);
-  v1::PutSceneRequest piece;
-  piece.set_scene_hash(hash);
-  piece.set_size(bytes.size());
-  for (std::size_t at = 0; at < bytes.size(); at += kScenePieceBytes) {
-    piece.set_data(bytes.substr(at, kScenePieceBytes));
-    if (!stream->Write(piece)) break;  // refused, or there already: the status says
-    piece.Clear();
-  }
-  stream->WritesDone();
-  connection.Check(stream->Finish(), "scene");
+  v1::PutSceneRequest first;
+  first.set_scene_hash(hash);
+  first.set_size(bytes.size());
+  connection.Send("scene", connection.instances(), &v1::InstanceService::Stub::PutScene, first, bytes, kScenePieceBytes,
+                  kScenePatience);
 }
 
 grpc::Status TryCreate(Connection& connection, const v1::CreateInstanceRequest& request,

@@ -47,21 +47,12 @@ std::string ReadVisual(const std::string& path, const std::string& sha256) {
   return *std::move(bytes);
 }
 
-void Send(Connection& connection, const std::string& sha256, const std::string& bytes) {
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kSendPatience);
-  v1::PutVisualResponse response;
-  const auto stream = connection.visuals().PutVisual(&context, &response);
-  v1::PutVisualRequest piece;
-  piece.set_sha256(sha256);
-  piece.set_size(bytes.size());
-  for (std::size_t at = 0; at < bytes.size(); at += kVisualPieceBytes) {
-    piece.set_data(bytes.substr(at, kVisualPieceBytes));
-    if (!stream->Write(piece)) break;  // refused, or there already: the status says
-    piece.Clear();
-  }
-  stream->WritesDone();
-  connection.Check(stream->Finish(), kWhat);
+void SendVisual(Connection& connection, const std::string& sha256, const std::string& bytes) {
+  v1::PutVisualRequest first;
+  first.set_sha256(sha256);
+  first.set_size(bytes.size());
+  connection.Send(kWhat, connection.visuals(), &v1::VisualService::Stub::PutVisual, first, bytes, kVisualPieceBytes,
+                  kSendPatience);
 }
 
 }  // namespace
@@ -78,7 +69,7 @@ std::vector<SentVisual> SendVisuals(Connection& connection, const v1::Scene& sce
   for (const std::string& sha256 : FindMissing(connection, files)) {
     const std::string path = (std::filesystem::path(folder) / (sha256 + ".glb")).string();
     const std::string bytes = ReadVisual(path, sha256);
-    if (sending == VisualSending::kSend) Send(connection, sha256, bytes);
+    if (sending == VisualSending::kSend) SendVisual(connection, sha256, bytes);
     sent.push_back({path, bytes.size()});
   }
   return sent;
