@@ -3,6 +3,8 @@
 import { type Browser, type Page, chromium } from 'playwright-core';
 
 export const SIZE = { width: 1280, height: 720 };
+export const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
+export const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
 
 export function launch(): Promise<Browser> {
   const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--hide-scrollbars', '--disable-background-timer-throttling', '--disable-renderer-backgrounding', '--disable-backgrounding-occluded-windows'];
@@ -41,4 +43,23 @@ export async function holds(page: Page, expression: string, patience_ms: number)
     if (performance.now() > end) throw new Error(`never: ${expression}; ${JSON.stringify(await page.evaluate('window.tessera?.counts'))}`);
     await page.evaluate('new Promise(requestAnimationFrame).then(() => 0)');
   }
+}
+
+// Until the page of a fake gateway shows that many bodies, and all four regions.
+export async function settled(page: Page, bodies: number): Promise<void> {
+  await page.waitForFunction(`window.tessera && tessera.counts.drawn >= ${bodies} && tessera.counts.regions === 4`, undefined, WAIT);
+}
+
+// Red, green and blue of the picture, drawn now, where this point of the world is.
+export function pixelAt(page: Page, place: readonly number[]): Promise<[number, number, number]> {
+  return page.evaluate(`(() => {
+    const { page, view } = tessera;
+    page.picture();
+    const canvas = document.getElementById('world');
+    const gl = canvas.getContext('webgl2');
+    const place = view.project(${place.join()});
+    const out = new Uint8Array(4);
+    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
+    return [...out].slice(0, 3);
+  })()`) as Promise<[number, number, number]>;
 }

@@ -4,11 +4,9 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { type Complaints, holds as holdsOn, launch, open } from '../testing/browser.ts';
+import { type Complaints, SMALL, WAIT, holds as holdsOn, launch, open } from '../testing/browser.ts';
 import { LocalCluster } from '../testing/local_cluster.ts';
 
-const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
-const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
 const WORLD = 'inst-1';
 
 let browser: Browser;

@@ -3,15 +3,12 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { type Complaints, launch, open } from '../testing/browser.ts';
+import { type Complaints, SMALL, WAIT, launch, open, pixelAt, settled } from '../testing/browser.ts';
 import { ENDED, FakeGateway } from '../testing/fake_gateway.ts';
-import { makeGlb, makePng, pyramid, sha256Of } from '../testing/glb_file.ts';
 
 const BODIES = 300;
 const PILES = 420;
-const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
 const MOST_BYTES = 400_000;
-const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
 
 let browser: Browser;
 let gateway: FakeGateway;
@@ -24,7 +21,7 @@ before(async () => {
   address = await gateway.listen();
   browser = await launch();
   ({ page, complaints } = await open(browser, `${address}/#plaza-1`, { size: SMALL }));
-  await settled(page);
+  await settled(page, BODIES);
 });
 
 after(async () => {
@@ -32,26 +29,8 @@ after(async () => {
   await gateway?.close();
 });
 
-async function settled(of: Page): Promise<void> {
-  await of.waitForFunction(`window.tessera && tessera.counts.drawn >= ${BODIES} && tessera.counts.regions === 4`, undefined, WAIT);
-}
-
-function value<T>(expression: string, of = page): Promise<T> {
-  return of.evaluate(expression) as Promise<T>;
-}
-
-// The colour of the pixel at a point of the world, drawn now. `wait` frames of the page's own clock do not matter to it.
-function pixel(at: number[]): Promise<number[]> {
-  return value(`(() => {
-    const { page, view } = tessera;
-    page.picture();
-    const canvas = document.getElementById('world');
-    const gl = canvas.getContext('webgl2');
-    const place = view.project(${at.join()});
-    const out = new Uint8Array(4);
-    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
-    return [...out].slice(0, 3);
-  })()`);
+function value<T>(expression: string): Promise<T> {
+  return page.evaluate(expression) as Promise<T>;
 }
 
 function steps(count: number): void {
@@ -91,11 +70,11 @@ test('as many bodies are drawn as there are, and the picture is not blank', asyn
 test('a body that crosses a border takes the colour of its new region', async () => {
   const { id, place } = await stage(-20, -20);
   await ownerIs(id, 1);
-  const [red, , blue] = (await pixel(place)) as [number, number, number];
+  const [red, , blue] = await pixelAt(page, place);
   assert.ok(blue > 1.5 * red, 'region 1 is blue');
   const there = await stage(20, -20);
   await ownerIs(id, 2);
-  const after = (await pixel(there.place)) as [number, number, number];
+  const after = await pixelAt(page, there.place);
   assert.ok(after[0] > 1.5 * after[2], `region 2 is amber: ${after.join()}`);
 });
 
@@ -104,12 +83,12 @@ test('a dead region greys and comes back on its standby’s host', async () => {
   await ownerIs(id, 4);
   assert.equal(gateway.kill(4), '');
   await page.waitForFunction('tessera.counts.dead.includes(4)', undefined, WAIT);
-  const grey = await pixel(place);
+  const grey = await pixelAt(page, place);
   assert.ok(Math.max(...grey) - Math.min(...grey) < 40, `grey: ${grey.join()}`);
   assert.equal(await page.locator('tr.dead').count(), 1);
   steps(130);
   await page.waitForFunction('tessera.counts.dead.length === 0', undefined, WAIT);
-  const [red, green] = (await pixel(place)) as [number, number, number];
+  const [red, green] = await pixelAt(page, place);
   assert.ok(red > 1.3 * green, 'region 4 is pink again');
   assert.match(await page.locator('#room tbody tr:nth-child(4)').innerText(), /host-1/);
 });
@@ -271,49 +250,6 @@ test('an order’s answer is shown', async () => {
   await page.locator('#toasts .bad').waitFor(WAIT);
 });
 
-test('an order asks for a token, which the tab keeps and nothing else', async () => {
-  const strict = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: 10, still: true, token: 'tsa_good' });
-  const at = await strict.listen();
-  const { page, complaints } = await open(browser, `${at}/#plaza-1`, { size: SMALL });
-  const give = async (token: string) => {
-    await page.locator('#right[open]').waitFor(WAIT);
-    await page.getByLabel('Access token').last().fill(token);
-    await page.getByRole('button', { name: 'Use token' }).click();
-  };
-  await page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
-  await page.getByRole('button', { name: 'Checkpoint' }).click();
-  await give('tsa_bad');
-  await page.locator('#right[open] p', { hasText: 'that is no token of this cluster' }).waitFor(WAIT);
-  await give('tsa_good');
-  await page.locator('#toasts .ok', { hasText: 'checkpoint' }).waitFor(WAIT);
-  assert.equal(await page.locator('#right[open]').count(), 0);
-  assert.equal(await page.evaluate('JSON.stringify(localStorage).includes("tsa_") || location.href.includes("tsa_") || document.cookie.includes("tsa_")'), false);
-  await page.reload();
-  await page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
-  await page.getByRole('button', { name: 'Checkpoint' }).click();
-  await page.locator('#toasts .ok', { hasText: 'checkpoint' }).waitFor(WAIT);
-  assert.deepEqual(complaints, { errors: [], foreign: [] });
-  await page.context().close();
-  await strict.close();
-});
-
-test('the key of a local cluster leaves the address, and orders are taken by it', async () => {
-  const local = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: 10, still: true, key: 'abc123' });
-  const at = await local.listen();
-  const { page } = await open(browser, `${at}/#key=abc123&plaza-1`, { size: SMALL });
-  await page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
-  assert.equal(page.url(), `${at}/#plaza-1`);
-  await page.getByRole('button', { name: 'Checkpoint' }).click();
-  await page.locator('#toasts .ok', { hasText: 'checkpoint' }).waitFor(WAIT);
-  await page.context().close();
-  const stranger = await open(browser, `${at}/#plaza-1`, { size: SMALL });
-  await stranger.page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
-  await stranger.page.getByRole('button', { name: 'Checkpoint' }).click();
-  await stranger.page.locator('#toasts .bad', { hasText: 'needs a key' }).waitFor(WAIT);
-  await stranger.page.context().close();
-  await local.close();
-});
-
 test('the page asks nobody else, complains of nothing and is small', () => {
   assert.deepEqual(complaints, { errors: [], foreign: [] });
   // Two pages were served by now.
@@ -326,7 +262,7 @@ test('a lost connection is said, and comes back by itself', async () => {
   await page.locator('#banner').waitFor(WAIT);
   gateway.refuse = false;
   await page.waitForFunction('tessera.counts.link === "open"', undefined, WAIT);
-  await settled(page);
+  await settled(page, BODIES);
   await page.locator('#banner').waitFor({ state: 'hidden' });
 });
 
@@ -369,136 +305,6 @@ test('a world that has ended is asked for once, and again when somebody says so'
   assert.equal(asked(), before, 'no time helps');
   await page.locator('#banner button').click();
   while (asked() === before) await page.waitForTimeout(50);
-});
-
-test('a level of 200 000 triangles is drawn in a few calls', async () => {
-  const large = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true, level: 200_000 });
-  const shown = await open(browser, `${await large.listen()}/#plaza-1`, { size: SMALL });
-  await shown.page.waitForFunction('window.tessera && tessera.counts.statics === 4009', undefined, WAIT);
-  await settled(shown.page);
-  const { calls, triangles } = await shown.page.evaluate('(tessera.page.picture(), { ...tessera.view.renderer.info.render })') as { calls: number; triangles: number };
-  assert.ok(triangles > 200_000, `${triangles} triangles`);
-  assert.ok(calls < 50, `${calls} calls`);
-  assert.deepEqual(shown.complaints, { errors: [], foreign: [] });
-  await shown.page.context().close();
-  await large.close();
-});
-
-// A page of its own, of a world whose crates and ramp are drawn by the meshes of a file.
-async function openWithVisuals(of: FakeGateway): Promise<{ shown: Page; heard: Complaints; close: () => Promise<void> }> {
-  const at = await of.listen();
-  const { page: shown, complaints: heard } = await open(browser, `${at}/#plaza-1`, { size: SMALL });
-  await settled(shown);
-  return {
-    shown,
-    heard,
-    close: async () => {
-      await shown.context().close();
-      await of.close();
-    },
-  };
-}
-
-const CRATE = 1;
-const RAMP = 12;
-
-function withVisuals(files: Map<string, Buffer>, sha256: string): FakeGateway {
-  const mesh = (number: number, more = {}) => ({ sha256, mesh: number, position: [0, -0.5, 0], orientation: [0, 0, 0, 1], scale: [0.5, 0.5, 0.5], ...more });
-  const visuals = [{ shape: CRATE, meshes: [mesh(0)] }, { shape: RAMP, meshes: [mesh(1, { position: [0, 0, 0], scale: [8, 4, 5] })] }];
-  return new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true, visuals, files });
-}
-
-// Red, green and blue of the picture where this point of the world is.
-async function pixelAt(shown: Page, x: number, y: number, z: number): Promise<[number, number, number]> {
-  return (await value(`(() => {
-    const { page, view } = tessera;
-    page.picture();
-    const canvas = document.getElementById('world');
-    const gl = canvas.getContext('webgl2');
-    const place = view.project(${x}, ${y}, ${z});
-    const out = new Uint8Array(4);
-    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
-    return [...out].slice(0, 3);
-  })()`, shown)) as [number, number, number];
-}
-
-test('bodies and the level are drawn by the meshes that their shapes refer to', async () => {
-  const glb = makeGlb([pyramid(2, [0.9, 0.05, 0.05]), pyramid(1, [0.05, 0.9, 0.05])]);
-  const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
-  await shown.waitForFunction('tessera.counts.visuals === 2 && tessera.counts.statics === 9', undefined, WAIT);
-  const crates = (await value(`(() => {
-    const { session, view } = tessera;
-    const slots = [...session.bodies.order.subarray(0, session.bodies.count)].filter((slot) => session.bodies.shape[slot] === ${CRATE});
-    return { count: slots.length, geometries: new Set(slots.map((slot) => view.batches.geometryOf(slot).uuid)).size, corners: view.batches.geometryOf(slots[0]).index?.count ?? 0 };
-  })()`, shown)) as { count: number; geometries: number; corners: number };
-  assert.ok(crates.count > 100, `${crates.count} crates`);
-  assert.deepEqual([crates.geometries, crates.corners], [1, 18], 'all are instances of one pyramid');
-  // From above, the ramp's pyramid is green, and where a pile of crates is there is red in it.
-  await value('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])', shown);
-  const colour = await pixelAt(shown, 22, 2, 7);
-  assert.ok(colour[1] > 1.5 * colour[0] && colour[1] > 1.5 * colour[2], `green: ${colour.join()}`);
-  if (process.env['TESSERA_SHOT']) {
-    await value('tessera.view.rig.set([26, 9, 30], [30, 1, 12])', shown);
-    await shown.screenshot({ path: process.env['TESSERA_SHOT'] });
-  }
-  assert.equal(await shown.locator('#toasts .bad').count(), 0);
-  assert.deepEqual(heard, { errors: [], foreign: [] });
-  await close();
-});
-
-test('meshes are painted with the pictures of their file, and with the colours of their vertices', async () => {
-  const blueAndYellow = makePng(2, 1, (x) => (x === 0 ? [20, 20, 240] : [240, 240, 20]));
-  const flat = { positions: [-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1], indices: [0, 1, 2, 0, 2, 3], places: [0, 0, 0, 1, 1, 1, 1, 0] };
-  const red = { ...flat, colours: Array.from({ length: 4 }, () => [1, 0.02, 0.02]).flat() };
-  const glb = makeGlb([red, { ...flat, picture: blueAndYellow }]);
-  const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
-  await shown.waitForFunction('tessera.counts.visuals === 2 && tessera.counts.statics === 9', undefined, WAIT);
-  await value('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])', shown);
-  // The picture is on the ramp, from west to east.
-  const west = await pixelAt(shown, 20, 0.6, 7);
-  const east = await pixelAt(shown, 28, 2.2, 7);
-  assert.ok(west[2] > 1.5 * west[0] && west[2] > 1.5 * west[1], `blue: ${west.join()}`);
-  assert.ok(east[0] > 1.5 * east[2] && east[1] > 1.5 * east[2], `yellow: ${east.join()}`);
-  if (process.env['TESSERA_SHOT']) {
-    await value('tessera.view.rig.set([26, 9, 30], [28, 1, 10])', shown);
-    await shown.screenshot({ path: process.env['TESSERA_SHOT'] });
-  }
-  assert.equal(await shown.locator('#toasts .bad').count(), 0);
-  assert.deepEqual(heard, { errors: [], foreign: [] });
-  await close();
-});
-
-test('a picture that is damaged leaves the base colour, and the page says so once', async () => {
-  const cut = makePng(64, 64, (x, y) => [x, y, (x * y) & 255]).subarray(0, 60);
-  const flat = { positions: [-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1], indices: [0, 1, 2, 0, 2, 3], places: [0, 0, 0, 1, 1, 1, 1, 0], colour: [0.02, 0.9, 0.02], picture: cut };
-  const glb = makeGlb([flat, flat]);
-  const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
-  await shown.waitForFunction('tessera.counts.visuals === 2 && tessera.counts.statics === 9', undefined, WAIT);
-  assert.match((await shown.locator('#toasts .bad').first().textContent())!, /A picture of [0-9a-f]{12}….glb cannot be drawn: it is damaged/);
-  await value('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])', shown);
-  const colour = await pixelAt(shown, 22, 1, 7);
-  assert.ok(colour[1] > 1.5 * colour[0] && colour[1] > 1.5 * colour[2], `green: ${colour.join()}`);
-  assert.deepEqual(heard.foreign, []);
-  await close();
-});
-
-test('a mesh file that is missing, damaged or another one leaves the shapes, and the page says so once', async () => {
-  const glb = makeGlb([pyramid(2), pyramid(1)]);
-  const cut = glb.subarray(0, 100);
-  for (const [files, sha256, why] of [
-    [new Map<string, Buffer>(), sha256Of(glb), /--visuals has no file/],
-    [new Map([[sha256Of(cut), cut]]), sha256Of(cut), /it is cut short/],
-    [new Map([[sha256Of(glb), cut]]), sha256Of(glb), /what came has another hash/],
-  ] as const) {
-    const { shown, heard, close } = await openWithVisuals(withVisuals(files, sha256));
-    await shown.locator('#toasts .bad', { hasText: why }).waitFor(WAIT);
-    await shown.waitForFunction('tessera.counts.statics === 9', undefined, WAIT);
-    assert.equal(await shown.locator('#toasts .bad').count(), 1, 'said once');
-    assert.equal(await value('tessera.counts.visuals', shown), 0);
-    assert.equal(await value(`tessera.view.batches.geometryOf(tessera.session.bodies.find('1000000')).type`, shown), 'BoxGeometry');
-    assert.deepEqual(heard.foreign, []);
-    await close();
-  }
 });
 
 test('a browser without WebGL is told so', async () => {

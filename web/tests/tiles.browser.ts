@@ -1,13 +1,12 @@
-// Tiles of a large level in a browser, against the fake gateway.
+// Large levels in a browser, against the fake gateway.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { encodeShapes, encodeStatics, encodeTile } from '../src/protocol/encode.ts';
-import { launch, open } from '../testing/browser.ts';
+import { SMALL, WAIT, launch, open, settled } from '../testing/browser.ts';
 import { FakeGateway, type FakeTile } from '../testing/fake_gateway.ts';
 
-const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
-const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
+const BODIES = 300;
 
 // A strip of ground, 20 squares of 200 m each way along x.
 function strip(): FakeTile[] {
@@ -34,6 +33,20 @@ test('of a large level the tiles about the place that is looked at are drawn, an
   assert.ok(large.tiles_asked.length < 20, `${large.tiles_asked.length} asked for`);
   assert.deepEqual(shown.complaints, { errors: [], foreign: [] });
   if (process.env['TESSERA_SHOT']) await shown.page.screenshot({ path: process.env['TESSERA_SHOT'] });
+  await browser.close();
+  await large.close();
+});
+
+test('a level of 200 000 triangles is drawn in a few calls', async () => {
+  const large = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true, level: 200_000 });
+  const browser = await launch();
+  const shown = await open(browser, `${await large.listen()}/#plaza-1`, { size: SMALL });
+  await shown.page.waitForFunction('window.tessera && tessera.counts.statics === 4009', undefined, WAIT);
+  await settled(shown.page, BODIES);
+  const { calls, triangles } = await shown.page.evaluate('(tessera.page.picture(), { ...tessera.view.renderer.info.render })') as { calls: number; triangles: number };
+  assert.ok(triangles > 200_000, `${triangles} triangles`);
+  assert.ok(calls < 50, `${calls} calls`);
+  assert.deepEqual(shown.complaints, { errors: [], foreign: [] });
   await browser.close();
   await large.close();
 });

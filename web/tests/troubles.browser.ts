@@ -4,11 +4,8 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { launch, open } from '../testing/browser.ts';
+import { SMALL, WAIT, launch, open } from '../testing/browser.ts';
 import { DAMAGED, FakeGateway, MISSING } from '../testing/fake_gateway.ts';
-
-const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
-const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
 
 let browser: Browser;
 
@@ -77,6 +74,49 @@ test('a ticket in the address leaves it, is sent to no server by the browser, an
   assert.deepEqual(complaints, { errors: [], foreign: [] });
   await page.context().close();
   await strict.close();
+});
+
+test('an order asks for a token, which the tab keeps and nothing else', async () => {
+  const strict = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: 10, still: true, token: 'tsa_good' });
+  const at = await strict.listen();
+  const { page, complaints } = await open(browser, `${at}/#plaza-1`, { size: SMALL });
+  const give = async (token: string) => {
+    await page.locator('#right[open]').waitFor(WAIT);
+    await page.getByLabel('Access token').last().fill(token);
+    await page.getByRole('button', { name: 'Use token' }).click();
+  };
+  await page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
+  await page.getByRole('button', { name: 'Checkpoint' }).click();
+  await give('tsa_bad');
+  await page.locator('#right[open] p', { hasText: 'that is no token of this cluster' }).waitFor(WAIT);
+  await give('tsa_good');
+  await page.locator('#toasts .ok', { hasText: 'checkpoint' }).waitFor(WAIT);
+  assert.equal(await page.locator('#right[open]').count(), 0);
+  assert.equal(await page.evaluate('JSON.stringify(localStorage).includes("tsa_") || location.href.includes("tsa_") || document.cookie.includes("tsa_")'), false);
+  await page.reload();
+  await page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
+  await page.getByRole('button', { name: 'Checkpoint' }).click();
+  await page.locator('#toasts .ok', { hasText: 'checkpoint' }).waitFor(WAIT);
+  assert.deepEqual(complaints, { errors: [], foreign: [] });
+  await page.context().close();
+  await strict.close();
+});
+
+test('the key of a local cluster leaves the address, and orders are taken by it', async () => {
+  const local = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: 10, still: true, key: 'abc123' });
+  const at = await local.listen();
+  const { page } = await open(browser, `${at}/#key=abc123&plaza-1`, { size: SMALL });
+  await page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
+  assert.equal(page.url(), `${at}/#plaza-1`);
+  await page.getByRole('button', { name: 'Checkpoint' }).click();
+  await page.locator('#toasts .ok', { hasText: 'checkpoint' }).waitFor(WAIT);
+  await page.context().close();
+  const stranger = await open(browser, `${at}/#plaza-1`, { size: SMALL });
+  await stranger.page.waitForFunction('window.tessera && tessera.counts.link === "open"', undefined, WAIT);
+  await stranger.page.getByRole('button', { name: 'Checkpoint' }).click();
+  await stranger.page.locator('#toasts .bad', { hasText: 'needs a key' }).waitFor(WAIT);
+  await stranger.page.context().close();
+  await local.close();
 });
 
 test('a world that fails while it is watched says why and what to do, and is asked for when somebody says so', async () => {
