@@ -1,13 +1,12 @@
 #include "control_plane/cluster/access_tokens.h"
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <iterator>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster/hosts.h"
+#include "control_plane/cluster/names.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/one_line.h"
 
 namespace tessera::control {
@@ -29,22 +28,6 @@ v1::AccessToken ViewOf(const records::AccessToken& record) {
   return view;
 }
 
-absl::Status CheckInstances(const v1::CreateTokenRequest& request) {
-  const std::string& prefix = request.instances();
-  const bool plain = std::all_of(prefix.begin(), prefix.end(), [](char c) {
-    return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c)) ||
-           c == '-';
-  });
-  if (prefix.size() > kMaxNameBytes || !plain) {
-    return absl::InvalidArgumentError(absl::StrCat("instances: \"", OneLine(prefix, kMaxNameBytes),
-                                                   "\" does not begin an instance's id, as \"inst-7\" does"));
-  }
-  if (!prefix.empty() && request.role() == v1::ROLE_ADMINISTRATOR) {
-    return absl::InvalidArgumentError("instances: an administrator's token is for the whole cluster");
-  }
-  return absl::OkStatus();
-}
-
 bool HasRunOut(const records::AccessToken& record, Now now) {
   return record.has_expire_time() && now.unix_time >= FromTimestamp(record.expire_time());
 }
@@ -59,7 +42,11 @@ absl::Status CheckRequest(const v1::CreateTokenRequest& request) {
                             ttl.nanos() > 999'999'999)) {
     return absl::InvalidArgumentError(absl::StrCat("ttl: must be 1 minute to 10 years, got ", ttl.seconds(), " s"));
   }
-  return CheckInstances(request);
+  if (absl::Status status = CheckInstances(request.instances()); !status.ok()) return status;
+  if (!request.instances().empty() && request.role() == v1::ROLE_ADMINISTRATOR) {
+    return absl::InvalidArgumentError("instances: an administrator's token is for the whole cluster");
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/host_rights.h"
+#include "control_plane/cluster/names.h"
 #include "control_plane/cluster/world_releases.h"
 #include "control_plane/host_serial.h"
 #include "control_plane/one_line.h"
@@ -22,10 +23,6 @@ using namespace std::chrono_literals;
 constexpr std::size_t kMaxVersionBytes = 128;
 constexpr std::uint32_t kDefaultMaxRegions = 64;
 constexpr std::chrono::nanoseconds kDefaultTokenTtl = 24h, kLeastTokenTtl = 1min, kMostTokenTtl = 24h * 30;
-
-bool IsLowerOrDigit(char c) {
-  return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c));
-}
 
 absl::StatusOr<std::chrono::nanoseconds> TokenTtl(const v1::AddHostRequest& request) {
   if (!request.has_join_token_ttl()) return kDefaultTokenTtl;
@@ -283,14 +280,6 @@ bool Hosts::Lost(HostEntry& host, Now now) {
 }
 
 // --- Reading.
-
-absl::Status CheckName(const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](char c) { return IsLowerOrDigit(c) || c == '-'; });
-  if (!name.empty() && name.size() <= kMaxNameBytes && plain && name.front() != '-' && name.back() != '-')
-    return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("name: \"", OneLine(name, kMaxNameBytes), "\" is not 1 to ",
-                                                 kMaxNameBytes, " lower case letters, digits and dashes between them"));
-}
 
 const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id) {
   for (const auto& [number, host] : state.hosts()) {

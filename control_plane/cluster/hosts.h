@@ -66,8 +66,6 @@ class Hosts {
 // INVALID_ARGUMENT "hello.join_token: has 4096 bytes, at most 256". What it takes does not grow with what is too long.
 absl::Status CheckHello(const v1::AgentHello& hello);
 // Names are unique; an id is taken for one only where no host has it as its name. Null: there is none.
-// A host's or token's name: 1 to kMaxNameBytes lower case letters and digits, dashes between. INVALID_ARGUMENT: "name".
-absl::Status CheckName(const std::string& name);
 const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id);
 absl::Status NoHost(const std::string& name);
 v1::HostState StateOf(const HostEntry& host);

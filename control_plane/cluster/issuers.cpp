@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster/hosts.h"
+#include "control_plane/cluster/names.h"
+#include "control_plane/control_settings.h"
 #include "control_plane/one_line.h"
 
 namespace tessera::control {
@@ -66,15 +66,7 @@ absl::Status Issuers::CheckRequest(const v1::AddIssuerRequest& request) const {
     return absl::InvalidArgumentError(
         absl::StrCat("public_key: ", request.public_key().size(), " bytes are no Ed25519 key, which has 32"));
   }
-  const std::string& prefix = request.instances();
-  const bool plain = std::all_of(prefix.begin(), prefix.end(), [](char c) {
-    return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c)) ||
-           c == '-';
-  });
-  if (prefix.size() > kMaxNameBytes || !plain) {
-    return absl::InvalidArgumentError(absl::StrCat("instances: \"", OneLine(prefix, kMaxNameBytes),
-                                                   "\" does not begin an instance's id, as \"inst-7\" does"));
-  }
+  if (absl::Status status = CheckInstances(request.instances()); !status.ok()) return status;
   if (issuers_.contains(request.name())) {
     return absl::AlreadyExistsError(absl::StrCat("name: there is an issuer ", request.name(), " already"));
   }
