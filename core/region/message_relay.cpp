@@ -28,6 +28,16 @@ bool OutOfTime(const MessagePacket& packet, Tick now) {
   return packet.sent + game::kTransitTicks < now || packet.sent > now + game::kTransitTicks;
 }
 
+MessagePacket AnswerTo(const MessagePacket& packet, PacketKind kind, std::uint64_t number) {
+  MessagePacket answer;
+  answer.kind = kind;
+  answer.from = packet.to;
+  answer.to = packet.from;
+  answer.number = number;
+  answer.via = packet.origin;
+  return answer;
+}
+
 }  // namespace
 
 // --- The beginning of a step
@@ -171,20 +181,11 @@ bool MessageRelay::TakeHere(const Packet& packet, Tick now) {
 }
 
 void MessageRelay::AnswerForRemoved(const Packet& packet, Tick now) {
-  Packet answer;
-  answer.from = packet.to;
-  answer.to = packet.from;
-  answer.via = packet.origin;
   if (packet.kind == PacketKind::kMessage) {
-    answer.kind = PacketKind::kGone;
-    answer.number = packet.number;
+    Later(AnswerTo(packet, PacketKind::kGone, packet.number), now);
   } else if (packet.kind == PacketKind::kAcknowledged) {
-    answer.kind = PacketKind::kConfirmed;
-    answer.number = std::numeric_limits<std::uint64_t>::max();
-  } else {
-    return;
+    Later(AnswerTo(packet, PacketKind::kConfirmed, std::numeric_limits<std::uint64_t>::max()), now);
   }
-  Later(std::move(answer), now);
 }
 
 template <class Change>
@@ -216,13 +217,7 @@ void MessageRelay::TakeMessage(const Packet& packet, Tick now) {
   });
   if (arrival == Mail::Arrival::kRefused) return;
   if (arrival == Mail::Arrival::kRepeated) ++statistics_.copies;
-  Packet answer;
-  answer.kind = PacketKind::kAcknowledged;
-  answer.from = packet.to;
-  answer.to = packet.from;
-  answer.number = packet.number;
-  answer.via = packet.origin;
-  Later(std::move(answer), now);
+  Later(AnswerTo(packet, PacketKind::kAcknowledged, packet.number), now);
 }
 
 void MessageRelay::TakeAcknowledgement(const Packet& packet, Tick now) {
@@ -231,13 +226,7 @@ void MessageRelay::TakeAcknowledgement(const Packet& packet, Tick now) {
   if (waited) return;
   const KeptRecord* record = records_.Find(packet.to);
   if (record != nullptr && !record->game.mail.Settled(packet.from, packet.number)) return;
-  Packet answer;
-  answer.kind = PacketKind::kConfirmed;
-  answer.from = packet.to;
-  answer.to = packet.from;
-  answer.number = packet.number;
-  answer.via = packet.origin;
-  Later(std::move(answer), now);
+  Later(AnswerTo(packet, PacketKind::kConfirmed, packet.number), now);
 }
 
 void MessageRelay::TakeConfirmation(const Packet& packet, Tick now) {

@@ -33,13 +33,13 @@ struct Sample {
 struct TrackedBody {
   Epoch epoch;  // the ownership's; when `gone`, that of the one that ended or is out of interest
   bool gone = false;
-  Tick newest;                  // newest tick of a record or departure
-  Tick properties;              // newest tick of a record with properties
-  std::vector<Sample> samples;  // ascending by tick
-  Tick tuned;                   // newest tick of a full record, and the tuning that it had
-  BodyTuning tuning;
+  Tick newest;                    // newest tick of a record or departure
+  Tick properties{};              // newest tick of a record with properties
+  std::vector<Sample> samples{};  // ascending by tick
+  Tick tuned{};                   // newest tick of a full record, and the tuning that it had
+  BodyTuning tuning{};
   // Datagrams of tick `from` and later use no sample older than `needed`. 0: no sample is to be dropped.
-  Tick from, needed;
+  Tick from{}, needed{};
 };
 
 struct ParsedBody {
@@ -271,15 +271,7 @@ bool SnapshotReceiver::Impl::Depart(Tick tick, const DepartureRecord& departure)
     body.newest = std::max(body.newest, tick);
     return false;
   }
-  body = {.epoch = departure.epoch,
-          .gone = true,
-          .newest = tick,
-          .properties = {},
-          .samples = {},
-          .tuned = {},
-          .tuning = {},
-          .from = {},
-          .needed = {}};
+  body = {.epoch = departure.epoch, .gone = true, .newest = tick};
   return true;
 }
 
@@ -287,16 +279,7 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& fresh) {
   TrackedBody& body = fresh.tracked != nullptr ? *fresh.tracked : bodies[fresh.id];
   if (fresh.epoch < body.epoch) return nullptr;
   if (fresh.epoch == body.epoch && body.gone && tick <= body.newest) return nullptr;
-  if (fresh.epoch > body.epoch || body.gone)
-    body = {.epoch = fresh.epoch,
-            .gone = false,
-            .newest = tick,
-            .properties = {},
-            .samples = {},
-            .tuned = {},
-            .tuning = {},
-            .from = {},
-            .needed = {}};
+  if (fresh.epoch > body.epoch || body.gone) body = {.epoch = fresh.epoch, .gone = false, .newest = tick};
   body.newest = std::max(body.newest, tick);
   if (fresh.full && tick >= body.tuned) {
     body.tuned = tick;
