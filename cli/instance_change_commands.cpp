@@ -13,9 +13,9 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
-#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/contexts.h"
+#include "cli/instance_change.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
 #include "core/world/proto_math.h"
@@ -26,18 +26,12 @@
 namespace tessera::cli {
 namespace {
 
-struct ChangeOptions {
-  std::string id, file, request_id, property, value;
+struct ChangeOptions : InstanceChange {
+  std::string file, request_id, property, value;
   std::uint64_t body = 0;
   std::uint32_t regions = 0;
   std::uint64_t tick = 0;
-  double timeout_s = 60;
-  bool wait = false, dry_run = false;
 };
-
-std::chrono::milliseconds Patience(const ChangeOptions& options) {
-  return std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout_s * 1000));
-}
 
 // All is as wanted, and nothing is under way.
 bool Settled(const v1::Instance& instance) {
@@ -47,22 +41,15 @@ bool Settled(const v1::Instance& instance) {
 }
 
 void WaitUntilSettled(local::Connection& connection, const ChangeOptions& options) {
-  local::InstanceWatch watch(connection, options.id);
-  if (watch.WaitUntil(Settled, Patience(options))) return;
-  const v1::Instance latest = watch.Latest();
-  throw local::CommandError(fmt::format("instance/{} is not there yet: {}", options.id,
-                                        latest.changes().empty() ? latest.reason() : latest.changes(0).text()));
+  AwaitChange(connection, options, "there", Settled);
 }
 
 void Scale(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
   v1::ScaleInstanceRequest request;
-  request.set_id(options.id);
   request.set_regions(options.regions);
-  request.set_validate_only(options.dry_run);
-  const auto response =
-      connection.Call("instance scale", connection.instances(), &v1::InstanceService::Stub::ScaleInstance, request);
-  if (options.wait && !options.dry_run) WaitUntilSettled(connection, options);
+  const auto response = SendChange(connection, options, "instance scale", &Instances::ScaleInstance, request);
+  if (options.waits()) WaitUntilSettled(connection, options);
   PrintChange(globals, "instance", options.id,
               fmt::format("{} to {} regions", options.wait ? "scaled" : "scaling", options.regions), options.dry_run,
               response.instance());
@@ -81,15 +68,12 @@ bool AllReplaced(const v1::Instance& before, const v1::Instance& now) {
 
 void RestartWorkers(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
-  v1::RestartWorkersRequest request;
-  request.set_id(options.id);
-  request.set_validate_only(options.dry_run);
-  const auto response = connection.Call("instance restart-workers", connection.instances(),
-                                        &v1::InstanceService::Stub::RestartWorkers, request);
-  if (options.wait && !options.dry_run) {
+  const auto response = SendChange(connection, options, "instance restart-workers", &Instances::RestartWorkers,
+                                   v1::RestartWorkersRequest());
+  if (options.waits()) {
     local::InstanceWatch watch(connection, options.id);
     const auto replaced = [&](const v1::Instance& now) { return AllReplaced(response.instance(), now); };
-    if (!watch.WaitUntil(replaced, Patience(options))) {
+    if (!watch.WaitUntil(replaced, options.patience())) {
       throw local::CommandError(fmt::format("instance/{}: not all workers are replaced yet", options.id));
     }
   }
@@ -154,8 +138,8 @@ void SetProperty(const Globals& globals, const ChangeOptions& options) {
   request.set_body(options.body);
   *request.mutable_property() = ReadProperty(instance, options.body == 0, options.property, options.value);
   request.set_validate_only(options.dry_run);
-  connection.Call("instance set-property", connection.instances(), &v1::InstanceService::Stub::SetProperty, request,
-                  Patience(options));
+  connection.Call("instance set-property", connection.instances(), &Instances::SetProperty, request,
+                  options.patience());
   PrintChange(globals, "instance", options.id,
               fmt::format("{}: {} = {}", options.body == 0 ? "world" : fmt::format("body {}", options.body),
                           options.property, options.value),
@@ -164,11 +148,8 @@ void SetProperty(const Globals& globals, const ChangeOptions& options) {
 
 void Checkpoint(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
-  v1::CheckpointInstanceRequest request;
-  request.set_id(options.id);
-  request.set_validate_only(options.dry_run);
-  const auto response = connection.Call("instance checkpoint", connection.instances(),
-                                        &v1::InstanceService::Stub::CheckpointInstance, request, Patience(options));
+  const auto response = SendChange(connection, options, "instance checkpoint", &Instances::CheckpointInstance,
+                                   v1::CheckpointInstanceRequest(), options.patience());
   PrintChange(globals, "instance", options.id,
               options.dry_run ? "checkpointed" : fmt::format("checkpointed at tick {}", response.checkpoint().tick()),
               options.dry_run, response.checkpoint());
@@ -202,25 +183,20 @@ void Checkpoints(const Globals& globals, const ChangeOptions& options) {
 void Restore(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
   v1::RestoreInstanceRequest request;
-  request.set_id(options.id);
   request.set_tick(options.tick);
-  request.set_validate_only(options.dry_run);
-  const auto response = connection.Call("instance restore", connection.instances(),
-                                        &v1::InstanceService::Stub::RestoreInstance, request, Patience(options));
+  const auto response =
+      SendChange(connection, options, "instance restore", &Instances::RestoreInstance, request, options.patience());
   for (const std::string& damaged : response.damaged()) std::cerr << fmt::format("passed over: {}\n", damaged);
-  if (options.wait && !options.dry_run) WaitUntilSettled(connection, options);
+  if (options.waits()) WaitUntilSettled(connection, options);
   PrintChange(globals, "instance", options.id, fmt::format("restored from tick {}", response.checkpoint().tick()),
               options.dry_run, response.instance());
 }
 
 void Upgrade(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
-  v1::UpgradeInstanceRequest request;
-  request.set_id(options.id);
-  request.set_validate_only(options.dry_run);
-  const auto response = connection.Call("instance upgrade", connection.instances(),
-                                        &v1::InstanceService::Stub::UpgradeInstance, request, Patience(options));
-  if (options.wait && !options.dry_run) WaitUntilSettled(connection, options);
+  const auto response = SendChange(connection, options, "instance upgrade", &Instances::UpgradeInstance,
+                                   v1::UpgradeInstanceRequest(), options.patience());
+  if (options.waits()) WaitUntilSettled(connection, options);
   const std::string what =
       options.dry_run ? "upgraded" : fmt::format("upgraded: it begins anew after tick {}", response.tick());
   PrintChange(globals, "instance", options.id, what, options.dry_run, response.instance());
@@ -228,7 +204,7 @@ void Upgrade(const Globals& globals, const ChangeOptions& options) {
 
 void Export(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
-  local::ExportCheckpoint(connection, options.id, options.tick, options.file, Patience(options));
+  local::ExportCheckpoint(connection, options.id, options.tick, options.file, options.patience());
   v1::Checkpoint checkpoint;
   checkpoint.set_tick(options.tick);
   PrintChange(globals, "instance", options.id, "exported to " + options.file, false, checkpoint);
@@ -238,7 +214,7 @@ void Import(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection = Connect(globals);
   const v1::Instance made = local::ImportCheckpoint(
       connection, options.file,
-      {.request_id = options.request_id, .validate_only = options.dry_run, .timeout = Patience(options)});
+      {.request_id = options.request_id, .validate_only = options.dry_run, .timeout = options.patience()});
   PrintChange(globals, "instance", options.dry_run ? options.file : made.id(), "imported", options.dry_run, made);
 }
 
@@ -247,13 +223,7 @@ void Import(const Globals& globals, const ChangeOptions& options) {
 void AddInstanceChangeCommands(CLI::App& instance, Globals& globals) {
   auto options = std::make_shared<ChangeOptions>();
   const auto add = [&](const char* name, const char* about, bool with_id = true) {
-    CLI::App* command = instance.add_subcommand(name, about);
-    if (with_id) command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();
-    command->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
-        ->capture_default_str()
-        ->check(CLI::PositiveNumber)
-        ->check(Finite());
-    return command;
+    return AddChange(instance, *options, name, about, with_id);
   };
   const auto add_dry_run = [&](CLI::App* command) {
     command->add_flag("--dry-run", options->dry_run, "Only check whether it could be done");

@@ -5,36 +5,21 @@
 #include <algorithm>
 #include <memory>
 
-#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/contexts.h"
+#include "cli/instance_change.h"
 #include "cli/instance_view.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
-#include "local_cluster/instance_watch.h"
 
 namespace tessera::cli {
 namespace {
 
-struct ClockOptions {
-  std::string id, file;
+struct ClockOptions : InstanceChange {
+  std::string file;
   double ticks_per_second = 0;
   std::uint32_t ticks = 1;
-  double timeout_s = 60;
-  bool wait = false, dry_run = false;
 };
-
-using Holds = std::function<bool(const v1::Instance&)>;
-
-void AwaitClock(local::Connection& connection, const ClockOptions& options, const std::string& what,
-                const Holds& holds) {
-  local::InstanceWatch watch(connection, options.id);
-  const auto patience = std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout_s * 1000));
-  if (watch.WaitUntil(holds, patience)) return;
-  const v1::Instance latest = watch.Latest();
-  throw local::CommandError(fmt::format("instance/{} is not {} yet: {}", options.id, what,
-                                        latest.changes().empty() ? latest.reason() : latest.changes(0).text()));
-}
 
 std::uint64_t TickOf(const v1::Instance& instance) {
   std::uint64_t tick = 0;
@@ -44,15 +29,12 @@ std::uint64_t TickOf(const v1::Instance& instance) {
 
 void Pause(const Globals& globals, const ClockOptions& options) {
   local::Connection connection = Connect(globals);
-  v1::PauseInstanceRequest request;
-  request.set_id(options.id);
-  request.set_validate_only(options.dry_run);
   const auto response =
-      connection.Call("instance pause", connection.instances(), &v1::InstanceService::Stub::PauseInstance, request);
+      SendChange(connection, options, "instance pause", &Instances::PauseInstance, v1::PauseInstanceRequest());
   std::string done = "pausing";
-  if (options.wait && !options.dry_run) {
-    AwaitClock(connection, options, "paused",
-               [](const v1::Instance& instance) { return instance.state() == v1::INSTANCE_STATE_PAUSED; });
+  if (options.waits()) {
+    AwaitChange(connection, options, "paused",
+                [](const v1::Instance& instance) { return instance.state() == v1::INSTANCE_STATE_PAUSED; });
     done = fmt::format("paused after tick {}", TickOf(GetInstance(connection, "instance pause", options.id)));
   }
   PrintChange(globals, "instance", options.id, done, options.dry_run, response.instance());
@@ -60,13 +42,10 @@ void Pause(const Globals& globals, const ClockOptions& options) {
 
 void Resume(const Globals& globals, const ClockOptions& options) {
   local::Connection connection = Connect(globals);
-  v1::ResumeInstanceRequest request;
-  request.set_id(options.id);
-  request.set_validate_only(options.dry_run);
   const auto response =
-      connection.Call("instance resume", connection.instances(), &v1::InstanceService::Stub::ResumeInstance, request);
-  if (options.wait && !options.dry_run) {
-    AwaitClock(connection, options, "resumed", [](const v1::Instance& instance) {
+      SendChange(connection, options, "instance resume", &Instances::ResumeInstance, v1::ResumeInstanceRequest());
+  if (options.waits()) {
+    AwaitChange(connection, options, "resumed", [](const v1::Instance& instance) {
       return instance.state() == v1::INSTANCE_STATE_RUNNING &&
              std::all_of(instance.region_status().begin(), instance.region_status().end(),
                          [](const auto& region) { return !region.report().world_paused(); });
@@ -80,15 +59,12 @@ void Resume(const Globals& globals, const ClockOptions& options) {
 void Step(const Globals& globals, const ClockOptions& options) {
   local::Connection connection = Connect(globals);
   v1::ResumeInstanceRequest request;
-  request.set_id(options.id);
   request.set_ticks(options.ticks);
-  request.set_validate_only(options.dry_run);
-  const auto response =
-      connection.Call("instance step", connection.instances(), &v1::InstanceService::Stub::ResumeInstance, request);
+  const auto response = SendChange(connection, options, "instance step", &Instances::ResumeInstance, request);
   const std::uint64_t end = TickOf(response.instance()) + options.ticks;
   std::string done = fmt::format("stepping to tick {}", end);
-  if (options.wait && !options.dry_run) {
-    AwaitClock(connection, options, fmt::format("at tick {}", end), [&](const v1::Instance& instance) {
+  if (options.waits()) {
+    AwaitChange(connection, options, fmt::format("at tick {}", end), [&](const v1::Instance& instance) {
       return instance.state() == v1::INSTANCE_STATE_PAUSED && TickOf(instance) >= end;
     });
     done = fmt::format("paused after tick {}", TickOf(GetInstance(connection, "instance step", options.id)));
@@ -99,14 +75,11 @@ void Step(const Globals& globals, const ClockOptions& options) {
 void Pace(const Globals& globals, const ClockOptions& options) {
   local::Connection connection = Connect(globals);
   v1::SetPaceRequest request;
-  request.set_id(options.id);
   request.set_ticks_per_second(options.ticks_per_second);
-  request.set_validate_only(options.dry_run);
-  const auto response =
-      connection.Call("instance pace", connection.instances(), &v1::InstanceService::Stub::SetPace, request);
-  if (options.wait && !options.dry_run) {
-    AwaitClock(connection, options, "at that pace",
-               [&](const v1::Instance& instance) { return instance.ticks_per_second() == options.ticks_per_second; });
+  const auto response = SendChange(connection, options, "instance pace", &Instances::SetPace, request);
+  if (options.waits()) {
+    AwaitChange(connection, options, "at that pace",
+                [&](const v1::Instance& instance) { return instance.ticks_per_second() == options.ticks_per_second; });
   }
   PrintChange(globals, "instance", options.id, fmt::format("{} ticks a second", options.ticks_per_second),
               options.dry_run, response.instance());
@@ -115,16 +88,13 @@ void Pace(const Globals& globals, const ClockOptions& options) {
 void SetGame(const Globals& globals, const ClockOptions& options) {
   local::Connection connection = Connect(globals);
   v1::SetGameRequest request;
-  request.set_id(options.id);
   *request.mutable_game() = local::LoadGame(options.file);
-  request.set_validate_only(options.dry_run);
-  const auto response =
-      connection.Call("instance set-game", connection.instances(), &v1::InstanceService::Stub::SetGame, request);
+  const auto response = SendChange(connection, options, "instance set-game", &Instances::SetGame, request);
   std::string done = "game on its way";
-  if (options.wait && !options.dry_run) {
+  if (options.waits()) {
     const std::string& hash = response.game_hash();
     const auto over = [&](const v1::Instance& instance) { return instance.next_game_hash() != hash; };
-    AwaitClock(connection, options, "running that game", over);
+    AwaitChange(connection, options, "running that game", over);
     const v1::Instance now = GetInstance(connection, "instance set-game", options.id);
     if (now.game_hash() != hash) {
       throw local::CommandError(fmt::format(
@@ -140,12 +110,7 @@ void SetGame(const Globals& globals, const ClockOptions& options) {
 void AddInstanceClockCommands(CLI::App& instance, Globals& globals) {
   auto options = std::make_shared<ClockOptions>();
   const auto add = [&](const char* name, const char* about) {
-    CLI::App* command = instance.add_subcommand(name, about);
-    command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();
-    command->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
-        ->capture_default_str()
-        ->check(CLI::PositiveNumber)
-        ->check(Finite());
+    CLI::App* command = AddChange(instance, *options, name, about);
     command->add_flag("--wait", options->wait, "Return only when it is done");
     command->add_flag("--dry-run", options->dry_run, "Only check whether it could be done");
     return command;
