@@ -18,12 +18,9 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster/queries.h"
-#include "control_plane/control_settings.h"
 #include "control_plane/counted_address.h"
 #include "control_plane/doors.h"
-#include "control_plane/join_page.h"
-#include "control_plane/one_line.h"
+#include "control_plane/join_requests.h"
 #include "control_plane/restraint.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
@@ -35,13 +32,8 @@ namespace {
 
 using HttpsClock = std::chrono::steady_clock;
 
-constexpr char kJoinPath[] = "/v1/join", kLeavePath[] = "/v1/leave", kListPath[] = "/v1/instances";
-// From the connection to its whole request; and how long a join waits for its world. Who needs longer asks again, with
-// a new ticket.
-constexpr int kRequestSeconds = 10;
-constexpr std::chrono::seconds kRequestPatience{kRequestSeconds}, kJoinPatience{60};
-// A list is no longer: so many worlds, and of so many of those that wait for players who is in.
-constexpr std::size_t kMostListed = 256, kMostListedWaiting = 16;
+constexpr int kRequestSeconds = 10;  // from the connection to its whole request
+constexpr std::chrono::seconds kRequestPatience{kRequestSeconds};
 
 telemetry::LogThrottle& WebLogThrottle() {
   static telemetry::LogThrottle throttle;
@@ -59,25 +51,6 @@ constexpr char kCertificateName[] = "players' certificate";
 
 trust::ServerCertificate CertificateOf(const HttpsSettings& settings) {
   return {.chain = settings.certificate, .key = settings.key};
-}
-
-std::vector<v1::Instance> ListedInstances(const ClusterState& state) {
-  std::vector<v1::Instance> listed;
-  v1::ListInstancesRequest request;
-  std::size_t waiting = 0;
-  do {
-    const auto page = ListInstances(state, request);
-    if (!page.ok() || page->instances().empty()) break;
-    for (const v1::Instance& instance : page->instances()) {
-      if (listed.size() == kMostListed) break;
-      listed.push_back(instance);
-      if (instance.state() != v1::INSTANCE_STATE_WAITING_FOR_PLAYERS || waiting == kMostListedWaiting) continue;
-      ++waiting;
-      if (auto whole = GetInstance(state, instance.id()); whole.ok()) listed.back() = *std::move(whole);
-    }
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty() && listed.size() < kMostListed);
-  return listed;
 }
 
 }  // namespace
@@ -98,8 +71,9 @@ struct HttpsDoor::Impl {
     std::thread thread;
   };
 
-  Impl(HttpsSettings settings_in, ControlPlane& plane_in, ControlMetrics& metrics_in)
-      : settings(std::move(settings_in)), plane(plane_in), metrics(metrics_in) {}
+  Impl(HttpsSettings settings_in, ControlPlane& plane, ControlMetrics& metrics)
+      : settings(std::move(settings_in)),
+        requests(plane, metrics, IsSocket() ? JoinRequests::Askers::kLocal : JoinRequests::Askers::kStrangers) {}
 
   static int OnEvent(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
   static Impl& Of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
@@ -113,15 +87,12 @@ struct HttpsDoor::Impl {
   int Answer(lws* wsi, Connection& connection, PageAnswer answer);
   int Write(lws* wsi, Connection& connection);
   void Start(lws* wsi, Connection& connection);
-  PageAnswer CarryOut(const std::string& path, const std::string& body, const std::string& from,
-                      const std::string& address, const std::atomic<bool>& given_up);
   void TakeFinished();
   void Stop();
 
   HttpsSettings settings;
-  ControlPlane& plane;
-  ControlMetrics& metrics;
-  telemetry::LogThrottle refusals, answered;
+  JoinRequests requests;
+  telemetry::LogThrottle refusals;
   std::atomic<bool> stopping{false};
   std::thread loop;
   // Only the loop's thread uses these.
@@ -181,7 +152,7 @@ int HttpsDoor::Impl::Begin(lws* wsi, Connection& connection) {
     return Answer(wsi, connection, {.status = 405, .body = R"({"error":"only POST is served here"})"});
   }
   connection.path = telemetry::RequestHeader(wsi, WSI_TOKEN_POST_URI);
-  if (connection.path != kJoinPath && connection.path != kLeavePath && connection.path != kListPath) {
+  if (!JoinRequests::Has(connection.path)) {
     return Answer(wsi, connection,
                   {.status = 404, .body = R"({"error":"only /v1/instances, /v1/join and /v1/leave are served here"})"});
   }
@@ -214,65 +185,16 @@ void HttpsDoor::Impl::Start(lws* wsi, Connection& connection) {
   auto doing = std::make_unique<Work>();
   std::array<char, 64> from{};
   if (IsSocket() || lws_get_peer_simple(wsi, from.data(), from.size()) == nullptr) from = {"local"};
+  PageRequest request{
+      .path = connection.path, .body = std::move(connection.body), .from = from.data(), .address = connection.address};
   doing->thread =
-      std::thread([this, number = connection.number, path = connection.path, body = std::move(connection.body),
-                   peer = std::string(from.data()), address = connection.address, &given_up = doing->given_up] {
-        PageAnswer answer = CarryOut(path, body, peer, address, given_up);
+      std::thread([this, number = connection.number, request = std::move(request), &given_up = doing->given_up] {
+        PageAnswer answer = requests.CarryOut(request, [&] { return given_up || stopping; });
         const std::lock_guard lock(mutex);
         finished.emplace_back(number, std::move(answer));
         listener.Wake();
       });
   work.emplace(connection.number, std::move(doing));
-}
-
-PageAnswer HttpsDoor::Impl::CarryOut(const std::string& path, const std::string& body, const std::string& from,
-                                     const std::string& address, const std::atomic<bool>& given_up) {
-  const HttpsClock::time_point begun = HttpsClock::now();
-  const auto over = [&] { return given_up || stopping || HttpsClock::now() - begun > kJoinPatience; };
-  absl::Status status;
-  std::string subject;
-  PageAnswer answer;
-  if (path == kJoinPath) {
-    const auto request = ReadJoinBody(body);
-    if (request.ok()) subject = request->instance_id();
-    std::optional<std::string> stranger;
-    if (!IsSocket()) stranger = address;
-    absl::StatusOr<v1::JoinInstanceResponse> joined =
-        request.ok() ? plane.Join(*request, over, stranger) : request.status();
-    if (absl::IsCancelled(joined.status()) && !given_up && !stopping) {
-      joined = absl::UnavailableError("instance: has not started yet; ask again, with a new ticket");
-    }
-    status = joined.status();
-    answer = JoinAnswer(subject, joined);
-    metrics.CountSession(status);
-  } else if (path == kListPath) {
-    status = CheckListBody(body);
-    answer = status.ok()
-                 ? ListAnswer(plane.Call([](Cluster& cluster, Now) { return ListedInstances(cluster.state()); }))
-                 : ErrorAnswer(status);
-  } else {
-    const auto request = ReadLeaveBody(body);
-    if (request.ok()) subject = request->instance_id();
-    status = request.ok() ? plane.CheckRecovered() : request.status();
-    if (status.ok()) status = plane.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); });
-    answer = LeaveAnswer(status);
-  }
-  const auto took = HttpsClock::now() - begun;
-  metrics.ObserveRpc(path, took);
-  if (path == kListPath && status.ok()) return answer;  // menus ask every few seconds
-  std::uint64_t left_out = 0;
-  if (!status.ok() || !IsSocket()) {
-    const auto passes = (status.ok() ? answered : refusals).Take(telemetry::LogThrottle::Clock::now());
-    if (!passes) return answer;
-    left_out = *passes;
-  }
-  spdlog::info(
-      "https path={} who={} from={} subject={} result={} ms={:.1f}{}{}", path, IsSocket() ? "local" : "player", from,
-      telemetry::LogValue(OneLine(subject, kMaxNameBytes)), absl::StatusCodeToString(status.code()),
-      std::chrono::duration<double, std::milli>(took).count(),
-      status.ok() ? "" : " error=" + telemetry::LogValue(OneLine(std::string(status.message()), kMaxReasonBytes)),
-      left_out == 0 ? "" : absl::StrCat(" more=", left_out));
-  return answer;
 }
 
 void HttpsDoor::Impl::TakeFinished() {
