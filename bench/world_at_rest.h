@@ -22,7 +22,7 @@ bool IsAtRest(const v1::Instance& instance, std::uint32_t regions);
 // No host carries two regions more than another one that carries any.
 bool IsSpreadEvenly(const v1::Instance& instance);
 
-// Tells when something has held without a break for `span`.
+// Reports when something has held without a break for `span`.
 class SteadyFor {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;

@@ -35,7 +35,7 @@ class JoinRequests {
   JoinRequests(ControlPlane& plane, ControlMetrics& metrics, Askers askers)
       : plane_(plane), metrics_(metrics), askers_(askers) {}
 
-  // Tells if there is such a path: /v1/join, /v1/leave or /v1/instances.
+  // True: /v1/join, /v1/leave and /v1/instances.
   static bool Has(std::string_view path);
   // Requires that there is such a path. `given_up`: nobody reads the answer any more.
   PageAnswer CarryOut(const PageRequest& request, const std::function<bool()>& given_up);

@@ -64,7 +64,7 @@ void AddPageOptions(CLI::App& app, GatewayFlags& flags) {
       ->capture_default_str();
 }
 
-// Who may connect, and how.
+// The ways in which visitors may connect.
 void AddVisitorOptions(CLI::App& app, GatewayFlags& flags) {
   app.add_option(
       "--certificate", flags.certificate,
