@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "agent/found_workers.h"
+#include "host/end_signals.h"
 #include "host/files.h"
 #include "host/landlock.h"
 #include "host/last_lines.h"
@@ -238,9 +239,7 @@ void Agent::AdoptProcess(const WorkerRecord& record, host::Process process) {
 }
 
 void Agent::WatchSignals() {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
+  const sigset_t set = host::SetOfSignals({SIGTERM, SIGINT, SIGHUP});  // main.cpp blocks them
   signals_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
   loop_->Watch(signals_, [this] { OnSignal(); });
 }

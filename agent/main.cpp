@@ -12,6 +12,7 @@
 
 #include "agent/agent.h"
 #include "agent/options.h"
+#include "host/end_signals.h"
 #include "telemetry/logging.h"
 
 namespace {
@@ -23,15 +24,6 @@ int Usage(const absl::Status& status) {
   return kExitUsage;
 }
 
-// Before any thread, so that all inherit it: signals are read from a descriptor.
-void BlockSignals() {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
-  sigprocmask(SIG_BLOCK, &set, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);
-}
-
 int Main(int argc, char** argv) {
   const pid_t parent = getppid();
   absl::StatusOr<tessera::agent::AgentOptions> options = tessera::agent::ParseOptions(argc, argv);
@@ -41,7 +33,8 @@ int Main(int argc, char** argv) {
   }
   unsetenv("TESSERA_JOIN_TOKEN");  // not for workers
   umask(0077);
-  BlockSignals();
+  tessera::host::BlockSignals({SIGTERM, SIGINT, SIGHUP});  // before any thread; they are read from a descriptor
+  std::signal(SIGPIPE, SIG_IGN);
   if (options->die_with_parent) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) raise(SIGTERM);  // died before the line above; pending until the agent reads it

@@ -4,16 +4,12 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-#include <csignal>
+#include "host/end_signals.h"
 
 namespace tessera::cli {
 
 StopSignal::StopSignal() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  const sigset_t set = host::BlockSignals({SIGINT, SIGTERM});
   fd_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 }
 

@@ -1,7 +1,6 @@
 // tessera-control: the control plane of a cluster.
 #include <fmt/format.h>
 #include <grpcpp/grpcpp.h>
-#include <pthread.h>
 #include <signal.h>
 #include <sodium.h>
 #include <spdlog/spdlog.h>
@@ -27,6 +26,7 @@
 #include "control_plane/http_pages.h"
 #include "control_plane/reign.h"
 #include "control_plane/sqlite_store.h"
+#include "host/end_signals.h"
 #include "host/files.h"
 #include "host/renamed_options.h"
 #include "host/socket_address.h"
@@ -124,14 +124,6 @@ class Watchdog {
   bool wanted_ = false;
 };
 
-sigset_t EndSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  return signals;
-}
-
 // Ports are tried first of all, so that one in use costs one line and touches nothing.
 absl::Status CheckPorts(const ControlFlags& flags) {
   for (const auto& [address, what] :
@@ -218,8 +210,7 @@ void WarnOfGrpcFaults(const ControlFlags& flags) {
 
 absl::Status Run(const ControlFlags& flags) {
   // Signals are blocked before any thread is made, so that all inherit it and this one alone takes them.
-  const sigset_t signals = EndSignals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const sigset_t signals = host::BlockSignals({SIGTERM, SIGINT});
   signal(SIGPIPE, SIG_IGN);
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
   if (absl::Status status = CheckPorts(flags); !status.ok()) return status;

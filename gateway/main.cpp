@@ -1,5 +1,4 @@
 // tessera-gateway: shows worlds to people: the page, and the WebSockets that it looks through.
-#include <pthread.h>
 #include <signal.h>
 #include <sodium.h>
 #include <spdlog/spdlog.h>
@@ -20,6 +19,7 @@
 #include "gateway/visual_cache.h"
 #include "gateway/visual_source.h"
 #include "gateway/web_server.h"
+#include "host/end_signals.h"
 #include "host/files.h"
 #include "host/program_folder.h"
 #include "host/renamed_options.h"
@@ -70,19 +70,10 @@ absl::Status PlaceKey(const std::string& file, const host::SocketAddress& listen
   return absl::OkStatus();
 }
 
-// Those that end the program, blocked from now on: the loop asks for them.
-sigset_t BlockSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  signal(SIGPIPE, SIG_IGN);
-  return signals;
-}
-
 absl::Status Run(const GatewayFlags& flags) {
-  const sigset_t signals = BlockSignals();  // before any thread is made
+  // Before any thread is made; the loop asks for them.
+  const sigset_t signals = host::BlockSignals({SIGTERM, SIGINT});
+  signal(SIGPIPE, SIG_IGN);
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
 
   auto read = ReadGatewayFlags(flags);

@@ -7,9 +7,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <span>
 
+#include "host/end_signals.h"
 #include "region_worker/core/time.h"
 
 namespace tessera::worker {
@@ -18,11 +18,7 @@ namespace tessera::worker {
 class SignalWatch {
  public:
   SignalWatch() {
-    sigset_t set;
-    sigemptyset(&set);
-    sigaddset(&set, SIGTERM);
-    sigaddset(&set, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    const sigset_t set = host::BlockSignals({SIGTERM, SIGINT});
     fd_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
   }
   ~SignalWatch() {
