@@ -45,19 +45,14 @@ void AddGuestOptions(CLI::App& app, GuestLimits& guests) {
   add("--guests-per-instance", "of one instance", guests.of_instance);
 }
 
-// Empty: it is an address.
-std::string NotAnAddress(const std::string& text) {
-  return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());
-}
-
 void AddDoorOptions(CLI::App& app, ControlFlags& flags) {
   app.add_option("--listen", flags.listen,
                  "address for operators and agents, HOST:PORT, gRPC over TLS; port 0 takes a free one; default none: "
                  "the socket alone")
-      ->check(NotAnAddress);
+      ->check(host::ListenAddressFault);
   app.add_option("--players-listen", flags.players_listen,
                  "address for players, HOST:PORT, gRPC over TLS; everybody may join there; default none")
-      ->check(NotAnAddress);
+      ->check(host::ListenAddressFault);
   app.add_option("--max-connections", flags.connections.in_all,
                  "connections that --listen, and as many that --players-listen has at once; each takes a file")
       ->check(CLI::Range(1, 1'000'000))
@@ -69,7 +64,7 @@ void AddDoorOptions(CLI::App& app, ControlFlags& flags) {
       ->capture_default_str();
   app.add_option("--players-https", flags.https.listen,
                  "address for players, HOST:PORT, HTTPS with JSON; port 0 takes a free one; default none")
-      ->check(NotAnAddress);
+      ->check(host::ListenAddressFault);
   CLI::Option* certificate = app.add_option("--players-certificate", flags.https.certificate,
                                             "PEM file with the certificate, and its chain, that --players-https shows; "
                                             "default one of the cluster's authority");
@@ -84,7 +79,7 @@ void AddDoorOptions(CLI::App& app, ControlFlags& flags) {
 void AddMetricsOptions(CLI::App& app, ControlFlags& flags) {
   app.add_option("--metrics-listen", flags.metrics_listen,
                  "HTTP address: /metrics, /healthz, /sd/prometheus; port 0 takes a free one")
-      ->check(NotAnAddress)
+      ->check(host::ListenAddressFault)
       ->capture_default_str();
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");

@@ -15,11 +15,6 @@ namespace {
 
 constexpr std::size_t kMaxTokenFileBytes = 1024, kMaxCertificateFileBytes = 256 * 1024;
 
-// Empty: it is an address.
-std::string NotAnAddress(const std::string& text) {
-  return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());
-}
-
 // The control plane, the players' door, and where it listens itself.
 void AddAddressOptions(CLI::App& app, GatewayFlags& flags) {
   app.add_option(
@@ -33,10 +28,10 @@ void AddAddressOptions(CLI::App& app, GatewayFlags& flags) {
                  "a file for a key that is made at each start: who shows it gives orders by the rights of the socket; "
                  "only with --control unix:PATH and --listen at loopback");
   app.add_option("--listen", flags.listen, "HTTP address of the page and its viewers; port 0 takes a free one")
-      ->check(NotAnAddress)
+      ->check(host::ListenAddressFault)
       ->capture_default_str();
   app.add_option("--metrics-listen", flags.metrics_listen, "HTTP address: /metrics; port 0 takes a free one")
-      ->check(NotAnAddress)
+      ->check(host::ListenAddressFault)
       ->capture_default_str();
   app.add_option("--metrics-token-file", flags.metrics_token_file,
                  "file with a token that scrapers must show; default none: whoever reaches the address may ask");

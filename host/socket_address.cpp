@@ -60,6 +60,10 @@ absl::StatusOr<SocketAddress> ParseSocketAddress(const std::string& text, PortRu
   return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is not of the form HOST:PORT"));
 }
 
+std::string ListenAddressFault(const std::string& text) {
+  return std::string(ParseSocketAddress(text, PortRule::kFrom0).status().message());
+}
+
 std::string ToString(const SocketAddress& address) {
   if (address.host.find(':') != std::string::npos) return absl::StrCat("[", address.host, "]:", address.port);
   return absl::StrCat(address.host, ":", address.port);

@@ -18,6 +18,8 @@ enum class PortRule { kFrom1, kFrom0 };  // 0 lets the system choose, where some
 
 // "10.0.0.1:7700", "control.example:7700", "[::1]:7700". INVALID_ARGUMENT: "\"nowhere\" is not of the form HOST:PORT".
 absl::StatusOr<SocketAddress> ParseSocketAddress(const std::string& text, PortRule ports);
+// Empty: it is an address to listen at, where port 0 is allowed. Else the error, as a check of an option gives it.
+std::string ListenAddressFault(const std::string& text);
 // "[::1]:80"
 std::string ToString(const SocketAddress& address);
 

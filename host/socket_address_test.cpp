@@ -43,6 +43,11 @@ TEST(SocketAddressTest, IsHostAndPort) {
   }
 }
 
+TEST(SocketAddressTest, AFaultOfAnAddressToListenAtIsWorded) {
+  EXPECT_EQ(ListenAddressFault("0.0.0.0:0"), "");
+  EXPECT_EQ(ListenAddressFault("nowhere"), "\"nowhere\" is not of the form HOST:PORT");
+}
+
 TEST(SocketAddressTest, IsWrittenAsItIsRead) {
   for (const char* text : {"127.0.0.1:7700", "[::1]:80"}) {
     EXPECT_EQ(ToString(*ParseSocketAddress(text, PortRule::kFrom1)), text);
