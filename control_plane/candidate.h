@@ -1,7 +1,7 @@
 // Candidate: one of several control planes of a cluster. It follows while another leads, and leads while it is elected.
 //
 //   follow: the doors answer with the leader's address (follower_server.h), the election is tried again and again
-//   lead:   a Reign over an EtcdStore; it ends with the lease, or when a write tells that somebody else leads
+//   lead:   a Reign over an EtcdStore; it ends with the lease, or when a write shows that somebody else leads
 //
 // Between the two the doors are closed for a moment; callers try again. It goes back from leading to following without
 // ending the process, however often.

@@ -279,8 +279,8 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   return kept;
 }
 
-// Keeps the files of an instance that was just made, without the lock: whoever asks for one of them meanwhile is told
-// to ask again. Requires the lock.
+// Keeps the files of an instance that was just made, without the lock: whoever asks for one of them meanwhile is
+// asked to come again. Requires the lock.
 absl::Status ControlPlane::KeepImported(const std::string& id, const BundleReader& bundle, Lock& lock) {
   importing_.insert(id);
   lock.unlock();

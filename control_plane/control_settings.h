@@ -203,7 +203,7 @@ inline constexpr std::chrono::seconds kRestoreForgiven{10};
 inline constexpr std::chrono::seconds kGameDeathForgiven{60};
 
 // Published events that are kept of an instance, in the store and in memory: some 6 MB where all are as large as can
-// be. A backend that was away for longer than they took to come misses some, and is told.
+// be. A backend that was away for longer than they took to come misses some, and learns of it.
 inline constexpr std::size_t kMaxPublishedKept = 10'000;
 // Events that one report may bring; the rest comes with the next.
 inline constexpr std::size_t kMaxPublishedTaken = 1'024;

@@ -3,12 +3,12 @@
 //
 //   deaths -> BeginFailover: the dead leave the map, and this failover map is stored before anybody hears of it
 //          -> the living answer with inventories, and every dead worker stands still (failover_watch.h)
-//          -> ResolveFailover: who promotes which bodies; the living are told, and then WithResolution is stored
+//          -> ResolveFailover: who promotes which bodies; the living learn it, and then WithResolution is stored
 //          -> the living run by the new map -> EndFailover
 //
 // A death on the way begins anew with a higher version and the dead of both. Each step is found again from the stored
 // record, so a control plane may end between any two. One that finds a failover without a resolution cannot know
-// whether some of the living were told one and have resumed: it begins anew with MaybeResolved, and the inventories of
+// whether some of the living were sent one and have resumed: it begins anew with MaybeResolved, and the inventories of
 // that map show who owns what (docs/decisions/0081-one-write-a-failover.md). Only the living of the record get orders:
 // a worker that was cut off is in no desired set when it is heard of again, and ends.
 #pragma once

@@ -3,7 +3,7 @@
 // It answers every call with UNAVAILABLE and the leader's address: "this control plane does not lead; the leader is
 // 10.0.0.1:7700", which stands in the trailing metadata kLeaderHeader, too. Its TLS doors show a certificate of the
 // cluster's authority, so that whoever is redirected knows by whom. Health says NOT_SERVING. Nobody needs a token: the
-// answer holds nothing that is not told to everybody who has an address of the cluster.
+// answer holds nothing that is not given to everybody who has an address of the cluster.
 //
 // Thread rule: start and end it from one thread; `leader` is called from threads of gRPC.
 #pragma once

@@ -1,4 +1,4 @@
-// How much memory a message takes once it is parsed, told from its bytes without making anything of them.
+// How much memory a message takes once it is parsed, known from its bytes without making anything of them.
 //
 // 64 MiB on the wire may be 32 million empty messages of a repeated field, which take gigabytes. So what comes from
 // outside is gone through before it is parsed: each message counts with the size of its class, each string with its

@@ -77,7 +77,7 @@ class Reign {
 
   ControlMetrics& metrics_;
   std::shared_ptr<PlaneGate> gate_;
-  std::atomic<ControlPlane*> noting_ = nullptr;  // told of writes
+  std::atomic<ControlPlane*> noting_ = nullptr;  // it notes writes
   TimedStore store_, cluster_store_;  // the second is written under the cluster's lock, or before there is one
   std::unique_ptr<ControlPlane> plane_;
   std::unique_ptr<HttpsDoor> https_, local_https_;

@@ -49,7 +49,7 @@ void Gateway::LeaveAll() {
   }
 }
 
-// Null: it is one too many, and was told so.
+// Null: it is one too many, and was sent the reason.
 Gateway::Viewer* Gateway::Admit(ViewerId& id) {
   id = ++last_viewer_;
   Viewer& viewer = viewers_[id];

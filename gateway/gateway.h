@@ -57,7 +57,7 @@ class Gateway {
   // The end: players leave their worlds, which is waited for, for 2 s at most.
   void LeaveAll();
 
-  // A viewer of the instance; one that is too many is told so, and closed.
+  // A viewer of the instance; one that is too many is sent the reason, and closed.
   ViewerId Open(const std::string& instance);
   // A viewer that plays a recording, of whatever name it gives; it counts as a player.
   ViewerId OpenRecording(const std::string& file);

@@ -41,7 +41,7 @@ struct HttpAnswer {
   const char* content_encoding = nullptr;     // "gzip"
   bool varies = false;                        // with the Accept-Encoding of the request
   std::shared_ptr<const std::string> body{};  // never null
-  bool with_body = true;                      // false: only its length is told
+  bool with_body = true;                      // false: only its length is sent
 };
 
 // A request until its answer is sent. Who drops it is not called any more.

@@ -186,7 +186,7 @@ void PlayedRecording::Advance(Time to) {
   PassEventsOn();
 }
 
-// The status that its gateway told its viewers.
+// The status that its gateway sent its viewers.
 void PlayedRecording::TakeNotes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) {
     const auto message = nlohmann::json::parse(note, nullptr, false);

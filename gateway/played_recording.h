@@ -45,7 +45,7 @@ class PlayedRecording {
 
  private:
   using Time = std::chrono::microseconds;
-  // Events of the world, as its gateway told its viewers of them then.
+  // Events of the world, as its gateway reported them to its viewers then.
   struct ToldEvents {
     Time at{};
     nlohmann::json events;

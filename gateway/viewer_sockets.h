@@ -29,7 +29,7 @@ class ViewerSockets {
   // From now on there may be viewers, which are the gateway's. It outlives this.
   void Serve(Gateway& gateway) { gateway_ = &gateway; }
 
-  // Whether the address of this request is one that viewers connect to; others are told so.
+  // Lets the request in if its address is one that viewers connect to; others are answered 404.
   int Admit(lws* wsi);
   int Open(lws* wsi);
   int Receive(lws* wsi, std::string_view bytes);

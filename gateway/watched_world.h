@@ -57,7 +57,7 @@ class WatchedWorld {
   const ViewSource* source() const { return source_.get(); }
   std::map<RegionId, std::string> Hosts() const;
 
-  // Records what the world's viewers are told, from its next frame on, whoever watches, until it is switched off or the
+  // Records what the world's viewers are sent, from its next frame on, whoever watches, until it is switched off or the
   // world ends; a world that is lost and comes back goes on in another file. Errors: those of RecordingFolder::Make and
   // Client::Record; nothing is recorded then.
   absl::Status SetRecording(bool on);

@@ -40,7 +40,7 @@ class Bans {
 
 // INVALID_ARGUMENT "player_id: ..." unless it is one that tickets may have.
 absl::Status CheckPlayerId(const std::string& player_id);
-// INVALID_ARGUMENT "reason: ..." unless it is one line that clients can be told.
+// INVALID_ARGUMENT "reason: ..." unless it is one line that clients can be sent.
 absl::Status CheckReason(const std::string& reason);
 
 }  // namespace tessera::control

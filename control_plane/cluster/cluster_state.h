@@ -112,8 +112,8 @@ struct InstanceEntry {
   net::SigningKey key;               // made from the record's seed
   std::vector<WorkerEntry> workers;  // as record.placements
 
-  // Written by WorkerReports; the newest tick that any worker told since the world last began, also of workers that are
-  // gone.
+  // Written by WorkerReports; the newest tick that any worker reported since the world last began, also of workers that
+  // are gone.
   std::uint64_t newest_tick = 0;
 
   // Written by Instances.

@@ -93,7 +93,7 @@ const Failovers::Told* Failovers::ToldIn(const InstanceEntry& instance) const {
   return told->second.version == instance.record.map().version() ? &told->second : nullptr;
 }
 
-// Some of the living may have been told a resolution that is not stored.
+// Some of the living may have been sent a resolution that is not stored.
 bool Failovers::BegunByAnother(const InstanceEntry& instance) const {
   const auto adopted = adopted_.find(instance.number);
   return adopted != adopted_.end() && AwaitsResolution(instance.record) &&
@@ -317,7 +317,7 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, bool silent, Now 
   return {.told = WithResolution(record, *resolved), .players = WithNewSpawns(instance.players, record, *resolved)};
 }
 
-// True if all hosts of the living that can be told have been.
+// True once no host that can be reached waits for orders about the instance.
 bool Failovers::OrdersAreOut(const InstanceEntry& instance) const {
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
     const HostEntry* const host = HostAt(state_, instance, i);

@@ -4,7 +4,7 @@
 //                     holds a copy of its region is heard. The map without it is stored.
 //   2. Inventory      The living stand still by that map and say what they own and hold copies of. Proof is awaited
 //                     that the dead stand still: an exit, or a lease that has run out.
-//   3. Resolve        The living are told who promotes which bodies, and then it is stored. A control plane that dies
+//   3. Resolve        The living learn who promotes which bodies, and then it is stored. A control plane that dies
 //                     before that leaves its successor a failover to begin anew: step 2, with another map.
 //   4. Resume         The living run by the new map, with the bodies of the dead.
 //   5. Replace        As fewer regions run than are wanted, PlannedChanges plans a new one.
@@ -72,7 +72,7 @@ class Failovers {
   InstanceEntry* NoteInventory(const HostEntry& host, const v1::InventoryReport& report, Now now);
 
  private:
-  // A resolution that the living of a failover have been told, by its map's version.
+  // A resolution that the living of a failover have been sent, by its map's version.
   struct Told {
     std::uint64_t version = 0;
     Steady at{0};

@@ -81,7 +81,7 @@ void HealthWatch::Forgive(Watched& watched, Steady unseen) {
   for (auto& [pair, since] : watched.cut_since) since += unseen;
 }
 
-// Newcomers have no part in the world yet; what died, or lies on a lost host, is told of as that.
+// Newcomers have no part in the world yet; what died, or lies on a lost host, is reported as that.
 bool HealthWatch::Counts(const InstanceEntry& instance, std::size_t index) const {
   return Looks(instance, index) && instance.workers[index].report.phase() == v1::WORKER_PHASE_RUNNING;
 }
@@ -101,7 +101,7 @@ void HealthWatch::LookAtRegion(const InstanceEntry& instance, std::size_t index,
                                Now now) const {
   const records::Instance& record = instance.record;
   const WorkerEntry& worker = instance.workers[index];
-  // All stand still for a failover, which is told of by itself, and in a pause.
+  // All stand still for a failover, which is reported by itself, and in a pause.
   const bool may_stand = record.has_failover() || IsPaused(record) || worker.report.world_paused();
   if (worker.report.tick() != region.tick || may_stand) region.stepped_at = now.steady;
   region.tick = worker.report.tick();

@@ -6,7 +6,7 @@
 //   cut         two neighbours without a link for kCutAfter
 //
 // A world of one region has no standby by its nature, and is not uncovered. Faults of hosts that are lost, and of
-// workers that have ended, are told elsewhere. Time in which nobody looked proves nothing: it does not count.
+// workers that have ended, are reported elsewhere. Time in which nobody looked proves nothing: it does not count.
 //
 //   const HealthFaults faults = watch.Look(instance, now);
 //

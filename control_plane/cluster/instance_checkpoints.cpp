@@ -31,7 +31,7 @@ std::uint64_t SizeOf(const records::Instance& record) {
   return bytes;
 }
 
-// Rounded up: what is too much by a byte must not be told as what is allowed.
+// Rounded up: what is too much by a byte must not be reported as what is allowed.
 std::uint64_t Megabytes(std::uint64_t bytes) { return (bytes + 999'999) / 1'000'000; }
 
 constexpr char kBeingChanged[] = "who runs what is being changed";

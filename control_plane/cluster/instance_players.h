@@ -56,7 +56,7 @@ class InstancePlayers {
   // Repeating it is fine.
   absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
 
-  // The player has left, and its client is told why. NOT_FOUND: it is not there.
+  // The player has left, and its client is sent the reason. NOT_FOUND: it is not there.
   absl::StatusOr<std::uint32_t> Kick(InstanceEntry& instance, std::uint32_t number, const std::string& reason, Now now);
 
   // A worker reports whom the game has refused or kicked: they have left. Repeating it is fine.

@@ -137,7 +137,7 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
   state_.MarkChanged(instance);
 }
 
-// How long it lasts is told with it, so what is under way has a name that stays while it goes on.
+// How long it lasts is reported with it, so what is under way has a name that stays while it goes on.
 void Instances::NoteWait(InstanceEntry& instance, Now now) const {
   const records::Instance& record = instance.record;
   std::string waits;

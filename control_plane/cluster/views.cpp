@@ -39,7 +39,7 @@ std::string DescribeWait(const InstanceEntry& instance) {
 std::string DescribeStart(const ClusterState& state, const InstanceEntry& instance) {
   const records::Instance& record = instance.record;
   std::string text = "starts";
-  // Before, nobody has been told to begin one.
+  // Before, nobody has been ordered to begin one.
   const bool ordered = WantsWorkers(record.state());
   int late = 0;
   for (std::size_t i = 0; ordered && i < instance.workers.size(); ++i) {

@@ -13,7 +13,7 @@ v1::InstanceState StateOf(const InstanceEntry& instance);
 // standby though there are other regions.
 bool IsUnprotected(const InstanceEntry& instance, const WorkerEntry& worker);
 
-// Step time of the busiest region by the mean of all; 0: not all have told theirs.
+// Step time of the busiest region by the mean of all; 0: not all have reported theirs.
 double ImbalanceOf(const InstanceEntry& instance);
 
 // As in a listing: without the map, players, events, checkpoints, regions and changes.

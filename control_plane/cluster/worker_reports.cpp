@@ -79,7 +79,7 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   const auto [instance, worker] = FindWorker(state_, host, report.identity());
   if (instance == nullptr || worker->gone) return std::nullopt;
   if (const absl::Status fine = CheckReport(report); !fine.ok()) {
-    // Not to be believed that it ends, either; its agent is told to end it, as it is in no desired set any more.
+    // Not to be believed that it ends, either; its agent is ordered to end it, as it is in no desired set any more.
     worker->evicted = true;
     state_.Log(absl::StrCat("worker refused instance=", instance->record.id(), " region=", worker->region,
                             " host=", host.record.name(), ": ", fine.message()),

@@ -1,7 +1,7 @@
 // EtcdClient: calls to an etcd (v3 API, gRPC), one of whose members answers.
 //
 // A read is tried at one member after the other until its time is over. A write is tried once, since nobody knows
-// whether one that was not answered has taken effect: IsAmbiguous tells these from those that etcd refused. Every call
+// whether one that was not answered has taken effect: IsAmbiguous parts these from those that etcd refused. Every call
 // has a deadline, and asks for a member that sees a leader, so that one that was cut off refuses.
 //
 //   auto client = EtcdClient::Make({.endpoints = {"10.0.0.1:2379"}, ...}, {.authority = pem});

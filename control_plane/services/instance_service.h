@@ -32,7 +32,8 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
  public:
   using Answerer::Answerer;
 
-  // Whoever may open the socket plays alone or with friends; elsewhere players prove who they are unless told.
+  // Whoever may open the socket plays alone or with friends; elsewhere players prove who they are unless the request
+  // lets guests in.
   bool GuestsByDefault() const { return door_ == Door::kSocket; }
 
   grpc::Status CreateInstance(grpc::ServerContext* context, const v1::CreateInstanceRequest* request,

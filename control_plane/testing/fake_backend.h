@@ -23,7 +23,7 @@ struct FakeBackend {
     request.set_instances(instances);
     return request;
   }
-  // As it is told when it is registered.
+  // The id that it gets when it is registered.
   void SetCluster(const std::string& id) { std::copy_n(id.begin(), cluster.size(), cluster.begin()); }
 
   trust::Ticket Make(const std::string& player_id, Now now) {

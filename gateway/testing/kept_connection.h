@@ -21,7 +21,7 @@
 
 namespace tessera::gateway {
 
-// It reads no more than it is told to.
+// It reads no more than it is asked to.
 class KeptConnection {
  public:
   explicit KeptConnection(const std::string& address) : address_(address) {
@@ -45,7 +45,7 @@ class KeptConnection {
     const std::string text = absl::StrCat(method, " ", path, " HTTP/1.1\r\nHost: ", address_, "\r\n\r\n");
     EXPECT_EQ(send(socket_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
   }
-  // The next answer's head; its length is that which it tells.
+  // The next answer's head; its length is that which it states.
   std::string Head() {
     while (received_.find("\r\n\r\n") == std::string::npos) {
       if (!More()) return "";
