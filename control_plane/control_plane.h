@@ -96,7 +96,6 @@ class ControlPlane {
   }
   // Who calls at the doors that speak TLS. It waits for no call under way.
   std::shared_ptr<const KnownCallers> known_callers() const;
-  static Now ReadClocks();
   // Requires the lock: the store is about to be written, and the last write took so long.
   void NoteWrite(std::chrono::nanoseconds last_took);
 
