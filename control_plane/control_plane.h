@@ -94,7 +94,7 @@ class ControlPlane {
     const std::lock_guard lock(mutex_, std::adopt_lock);
     return look(std::as_const(*cluster_));
   }
-  // Who calls at the doors that speak TLS. It waits for no call under way.
+  // Those who call at the doors that speak TLS, by their proofs. It waits for no call under way.
   std::shared_ptr<const KnownCallers> known_callers() const;
   // Requires the lock: the store is about to be written, and the last write took so long.
   void NoteWrite(std::chrono::nanoseconds last_took);

@@ -305,7 +305,7 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, bool silent, Now 
   if (const std::string waits_for = watch.WaitsFor(record, now); !waits_for.empty()) {
     Steady& silent_at = silent_at_[instance.number];
     if (silent) silent_at = now.steady;
-    // Who is heard again has its time to answer from then on.
+    // A host that is heard again has its time to answer from then on.
     const Steady since = silent ? watch.since() : std::max(watch.since(), silent_at);
     if (now.steady - since < (silent ? PatienceFor(instance) : settings_.failover_timeout)) return {};
     return {.given_up = absl::StrCat("failover of ", DescribeFailover(record.failover()), " timed out waiting for ",
