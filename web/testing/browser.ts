@@ -11,6 +11,26 @@ export function launch(): Promise<Browser> {
   return chromium.launch({ executablePath: process.env['CHROMIUM'] ?? '/usr/bin/chromium', headless: true, args });
 }
 
+// A page shows a message for some seconds, which a slow machine may spend otherwise: each is kept in `messages`.
+const KEEP_MESSAGES = `
+  window.messages = [];
+  new MutationObserver((changes) => {
+    for (const node of changes.flatMap((change) => [...change.addedNodes])) {
+      if (node.parentElement?.id === 'toasts') messages.push({ kind: node.className, text: node.textContent });
+    }
+  }).observe(document, { subtree: true, childList: true });`;
+
+// The messages of this kind that the page has shown so far, in their order.
+export async function messagesOf(page: Page, kind: 'ok' | 'bad'): Promise<string[]> {
+  const all = (await page.evaluate('messages')) as { kind: string; text: string }[];
+  return all.filter((message) => message.kind === kind).map((message) => message.text);
+}
+
+// Until the page has shown a message of this kind, now or before.
+export async function shows(page: Page, kind: 'ok' | 'bad', text: RegExp): Promise<void> {
+  await page.waitForFunction(({ kind, source }) => (window as unknown as { messages: { kind: string; text: string }[] }).messages.some((message) => message.kind === kind && new RegExp(source).test(message.text)), { kind, source: text.source }, WAIT);
+}
+
 // Things that a page must not do: say something is wrong, or ask another host for something.
 export interface Complaints {
   errors: string[];
@@ -30,6 +50,7 @@ export async function open(browser: Browser, address: string, options: { dark?: 
     const url = new URL(request.url());
     if (url.protocol.startsWith('http') && url.host !== host) complaints.foreign.push(request.url());
   });
+  await page.addInitScript(KEEP_MESSAGES);
   await options.before?.(page);
   await page.goto(address);
   return { page, complaints };

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { type Complaints, SMALL, WAIT, launch, open, pixelAt, settled } from '../testing/browser.ts';
+import { type Complaints, SMALL, WAIT, launch, messagesOf, open, pixelAt, settled, shows } from '../testing/browser.ts';
 import { FakeGateway } from '../testing/fake_gateway.ts';
 import { makeGlb, makePng, pyramid, sha256Of } from '../testing/glb_file.ts';
 
@@ -62,7 +62,7 @@ test('bodies and the level are drawn by the meshes that their shapes refer to', 
     await shown.evaluate('tessera.view.rig.set([26, 9, 30], [30, 1, 12])');
     await shown.screenshot({ path: process.env['TESSERA_SHOT'] });
   }
-  assert.equal(await shown.locator('#toasts .bad').count(), 0);
+  assert.deepEqual(await messagesOf(shown, 'bad'), []);
   assert.deepEqual(heard, { errors: [], foreign: [] });
   await close();
 });
@@ -84,7 +84,7 @@ test('meshes are painted with the pictures of their file, and with the colours o
     await shown.evaluate('tessera.view.rig.set([26, 9, 30], [28, 1, 10])');
     await shown.screenshot({ path: process.env['TESSERA_SHOT'] });
   }
-  assert.equal(await shown.locator('#toasts .bad').count(), 0);
+  assert.deepEqual(await messagesOf(shown, 'bad'), []);
   assert.deepEqual(heard, { errors: [], foreign: [] });
   await close();
 });
@@ -95,7 +95,7 @@ test('a picture that is damaged leaves the base colour, and the page says so onc
   const glb = makeGlb([flat, flat]);
   const { shown, heard, close } = await openWithVisuals(withVisuals(new Map([[sha256Of(glb), glb]]), sha256Of(glb)));
   await shown.waitForFunction('tessera.counts.visuals === 2 && tessera.counts.statics === 9', undefined, WAIT);
-  assert.match((await shown.locator('#toasts .bad').first().textContent())!, /A picture of [0-9a-f]{12}….glb cannot be drawn: it is damaged/);
+  assert.match((await messagesOf(shown, 'bad'))[0]!, /A picture of [0-9a-f]{12}….glb cannot be drawn: it is damaged/);
   await shown.evaluate('tessera.view.rig.set([24, 30, 6.01], [24, 1.4, 6])');
   const colour = await pixelAt(shown, [22, 1, 7]);
   assert.ok(colour[1] > 1.5 * colour[0] && colour[1] > 1.5 * colour[2], `green: ${colour.join()}`);
@@ -112,9 +112,9 @@ test('a mesh file that is missing, damaged or another one leaves the shapes, and
     [new Map([[sha256Of(glb), cut]]), sha256Of(glb), /what came has another hash/],
   ] as const) {
     const { shown, heard, close } = await openWithVisuals(withVisuals(files, sha256));
-    await shown.locator('#toasts .bad', { hasText: why }).waitFor(WAIT);
+    await shows(shown, 'bad', why);
     await shown.waitForFunction('tessera.counts.statics === 9', undefined, WAIT);
-    assert.equal(await shown.locator('#toasts .bad').count(), 1, 'said once');
+    assert.equal((await messagesOf(shown, 'bad')).length, 1, 'said once');
     assert.equal(await shown.evaluate('tessera.counts.visuals'), 0);
     assert.equal(await shown.evaluate(`tessera.view.batches.geometryOf(tessera.session.bodies.find('1000000')).type`), 'BoxGeometry');
     assert.deepEqual(heard.foreign, []);
