@@ -16,6 +16,7 @@
 #include "control_plane/testing/loaded_plane.h"
 #include "core/world/partition_io.h"
 #include "core/world/partition_map.h"
+#include "core/world/scene_io.h"
 #include "core/world/sha256.h"
 #include "host/temporary_folder.h"
 
@@ -74,7 +75,7 @@ records::Bundle TestBundle(const v1::Scene& its_scene) {
   records::Bundle bundle;
   records::Manifest& manifest = *bundle.mutable_manifest();
   manifest.set_tick(60);
-  manifest.set_scene_hash(Sha256Hex(scene));
+  manifest.set_scene_hash(SceneHash(its_scene));
   *manifest.mutable_map() = ToProto(map);
   manifest.set_snapshot_rate_hz(30);
   const std::string region = RegionFileName(map.regions()[0].id.value());
@@ -164,6 +165,16 @@ TEST_F(CheckpointWaitsTest, AnImportThatCannotBeKeptIsEndedAgain) {
   for (const v1::Instance& instance : All()) EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_STOPPING);
 }
 
+TEST_F(CheckpointWaitsTest, AnImportWhoseSceneIsNotTheOneThatItNamesIsRefused) {
+  auto draft = plane_->NewDraft();
+  ASSERT_TRUE(draft.ok()) << draft.status();
+  records::Bundle bundle = TestBundle(TestScene());
+  bundle.mutable_manifest()->set_scene_hash(SceneHash(LargeScene()));
+  ASSERT_TRUE(draft->Append(Bundle(bundle)).ok());
+  EXPECT_EQ(plane_->ImportCheckpoint({}, *draft).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(All().empty());
+}
+
 // The scene went with the world. It is stored again before the world is, and so without the lock of all others.
 TEST_F(CheckpointWaitsTest, ARestoreOfAWorldThatHasFailedStoresALargeSceneInPieces) {
   const auto made = Import(LargeScene());
@@ -189,7 +200,9 @@ TEST_F(CheckpointWaitsTest, ARestoreOfAWorldThatHasFailedStoresALargeSceneInPiec
   EXPECT_GE(store_.List("scene_piece/")->size(), 2U);
   const auto bytes = plane_->SceneBytes(made->scene_hash());
   ASSERT_TRUE(bytes.ok()) << bytes.status();
-  EXPECT_EQ(Sha256Hex(*bytes), made->scene_hash());
+  v1::Scene read;
+  ASSERT_TRUE(read.ParseFromString(*bytes));
+  EXPECT_EQ(SceneHash(read), made->scene_hash());
 }
 
 // It would be set back to an older one, or be given up, though its newest checkpoint may be whole.

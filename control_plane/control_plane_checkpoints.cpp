@@ -251,6 +251,9 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   create.mutable_spec()->set_region_threads(manifest.region_threads());
   auto plan = PlanInstance(create, guests);
   if (!plan.ok()) return plan.status();
+  if (plan->scene_hash != manifest.scene_hash()) {  // a restore would keep this scene under the name of another
+    return absl::InvalidArgumentError(absl::StrCat("file: scene_hash: is not that of its scene, ", plan->scene_hash));
+  }
   plan->map = *std::move(map);
   plan->restored = manifest;
   plan->bodies = Within(plan->bodies, manifest.bodies());
