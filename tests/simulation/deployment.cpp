@@ -200,6 +200,8 @@ bool Deployment::Still() const {
   const std::vector<SimulatedWorker*> workers = Workers();
   if (workers.empty() || (workers.size() != regions_ && workers.size() != perhaps_)) return false;
   if (control().alive() && last_seen_.changes_size() > 0) return false;
+  // A write under way was decided before: it may be a death, while a host was silent.
+  if (std::ranges::any_of(controls_, [](const auto& control) { return control->writing(); })) return false;
   const MapVersion version = workers.front()->region() ? workers.front()->region()->map().version() : MapVersion();
   return std::ranges::all_of(workers, [&](const SimulatedWorker* worker) {
     if (!worker->Moves() || !worker->Protected() || !Counts(*worker)) return false;
