@@ -98,6 +98,7 @@ class LastingDrama {
 
   absl::StatusOr<LastingGap> Play(LastingFault& fault) {
     LastingGap gap{.kind = fault.kind};
+    AwaitLeader();
     const double struck = witnesses_.Now();
     if (absl::Status status = Strike(fault, stage_); !status.ok()) return status;
     plan_.tell(fmt::format("{:.1f} s: {} {} for {:.1f} s, leader {}", struck, NameOf(fault.kind), fault.which,
@@ -118,6 +119,12 @@ class LastingDrama {
   }
 
  private:
+  // A member of etcd that is back after a cut may have another elected once more, though the world is well.
+  void AwaitLeader() const {
+    const auto until = std::chrono::steady_clock::now() + plan_.patience;
+    while (!stage_.Leader() && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(50ms);
+  }
+
   LastingStage& stage_;
   LastingWitnesses& witnesses_;
   const LastingPlan& plan_;
