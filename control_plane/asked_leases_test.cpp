@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "control_plane/control_settings.h"
+#include "control_plane/testing/lease_request.h"
 
 namespace tessera::control {
 namespace {
@@ -15,15 +16,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::Pair;
-
-v1::LeaseRequest AskFor(std::uint64_t incarnation, std::uint64_t number) {
-  v1::LeaseRequest request;
-  request.mutable_identity()->set_instance_id("inst-1");
-  request.mutable_identity()->set_region(1);
-  request.mutable_identity()->set_incarnation(incarnation);
-  request.set_number(number);
-  return request;
-}
 
 // Streams and numbers of what is given.
 std::vector<std::pair<StreamId, std::uint64_t>> GivenBy(AskedLeases& asked, bool proved = true) {

@@ -15,6 +15,7 @@
 #include "control_plane/control_plane.h"
 #include "control_plane/memory_store.h"
 #include "control_plane/secrets.h"
+#include "control_plane/testing/lease_request.h"
 #include "control_plane/testing/test_plan.h"
 
 namespace tessera::control {
@@ -65,15 +66,6 @@ class HeldProofs {
   std::deque<std::uint64_t> given_;
 };
 
-v1::LeaseRequest RequestOf(std::uint64_t incarnation, std::uint64_t number) {
-  v1::LeaseRequest request;
-  request.mutable_identity()->set_instance_id("inst-1");
-  request.mutable_identity()->set_region(1);
-  request.mutable_identity()->set_incarnation(incarnation);
-  request.set_number(number);
-  return request;
-}
-
 class LeaseProofTest : public ::testing::Test {
  protected:
   HeldProofs held_;
@@ -83,10 +75,10 @@ class LeaseProofTest : public ::testing::Test {
 };
 
 TEST_F(LeaseProofTest, ALeaseIsGivenByAProofThatWasBegunAfterItWasAskedFor) {
-  proof_->Ask(1, RequestOf(1, 11));
+  proof_->Ask(1, AskFor(1, 11));
   held_.AwaitBegun(1);
   EXPECT_FALSE(held_.HasGiven());
-  proof_->Ask(1, RequestOf(1, 12));
+  proof_->Ask(1, AskFor(1, 12));
   held_.Answer(true);
   EXPECT_EQ(held_.AwaitGiven(), 11U);
   held_.AwaitBegun(2);
@@ -96,10 +88,10 @@ TEST_F(LeaseProofTest, ALeaseIsGivenByAProofThatWasBegunAfterItWasAskedFor) {
 }
 
 TEST_F(LeaseProofTest, AFailedProofGivesNothing) {
-  proof_->Ask(1, RequestOf(1, 11));
+  proof_->Ask(1, AskFor(1, 11));
   held_.AwaitBegun(1);
   held_.Answer(false);
-  proof_->Ask(1, RequestOf(2, 22));
+  proof_->Ask(1, AskFor(2, 22));
   held_.AwaitBegun(2);
   EXPECT_FALSE(held_.HasGiven());
   held_.Answer(true);
@@ -107,9 +99,9 @@ TEST_F(LeaseProofTest, AFailedProofGivesNothing) {
 }
 
 TEST_F(LeaseProofTest, ItEndsWhenTheProofUnderWayDoes) {
-  proof_->Ask(1, RequestOf(1, 11));
+  proof_->Ask(1, AskFor(1, 11));
   held_.AwaitBegun(1);
-  proof_->Ask(1, RequestOf(1, 12));
+  proof_->Ask(1, AskFor(1, 12));
   std::thread end([this] { proof_.reset(); });
   held_.Answer(true);
   end.join();
