@@ -191,7 +191,10 @@ TYPED_TEST(StoreTest, AValueThatIsNotWholeIsMarkedInItsListAndHidesNoOther) {
   const Revision written = *this->store_.Put("instance/2", large, kAbsent);
   ASSERT_TRUE(this->store_.Put("instance/3", "small", kAbsent).ok());
   if (!this->fixture_.Damage()) {  // its values lie whole: none is marked
-    for (const StoreEntry& entry : *this->store_.List("instance/")) EXPECT_FALSE(entry.damaged) << entry.key;
+    const auto all = this->store_.List("instance/");
+    ASSERT_TRUE(all.ok()) << all.status();
+    ASSERT_EQ(all->size(), 3U);
+    for (const StoreEntry& entry : *all) EXPECT_FALSE(entry.damaged) << entry.key;
     return;
   }
   EXPECT_EQ(this->store_.Get("instance/2").status().code(), absl::StatusCode::kDataLoss);
