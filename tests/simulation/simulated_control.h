@@ -30,10 +30,10 @@
 namespace tessera::simulation {
 
 // Control planes are counted from 1; one alone is the first.
-constexpr Node ControlNode(std::uint32_t number) { return (number - 1) * 4096 + 4095; }
+constexpr Node ControlNode(std::uint32_t number) { return number * kNodesOfALife - 1; }
 constexpr Node kControlNode = ControlNode(1);
-constexpr Node AgentNode(std::uint32_t host) { return host * 4096 + 4094; }
-constexpr Node kStoreNode = 4093;
+constexpr Node AgentNode(std::uint32_t host) { return (host + 1) * kNodesOfALife - 2; }
+constexpr Node kStoreNode = kNodesOfALife - 3;
 constexpr std::uint32_t kControlPlace = 1'000'000, kStorePlace = 2'000'000;
 constexpr std::uint32_t PlaceOfControl(std::uint32_t number) { return kControlPlace + number - 1; }
 

@@ -20,7 +20,6 @@
 namespace tessera::simulation {
 
 // The node of a life of a region: several lives of one may be there at once.
-constexpr Node kNodesOfALife = 4096;
 constexpr Node NodeOf(RegionId region, Incarnation life) {
   return static_cast<Node>(life.value()) * kNodesOfALife + region.value();
 }

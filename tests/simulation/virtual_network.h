@@ -28,6 +28,9 @@ namespace tessera::simulation {
 
 using Bytes = std::vector<std::uint8_t>;
 using Node = std::uint32_t;
+// So many nodes are of one life of a region (simulated_links.h), a few of them of what is no region. Lives may come to
+// eight million: each backup that is put back adds a million.
+constexpr Node kNodesOfALife = 512;
 
 // Network conditions, which hold for every packet, each way.
 struct PacketConditions {
