@@ -202,7 +202,8 @@ absl::Status Agent::Restore() {
 void Agent::RestoreUnnamed(const WorkersFile& file) {
   std::set<WorkerKey> ended;
   for (const v1::WorkerExited& exited : file.exits()) ended.insert(KeyOf(exited.identity()));
-  for (const WorkerRecord& record : FindWorkers(state_->SocketPath())) {
+  for (WorkerRecord& record : FindWorkers(state_->SocketPath())) {
+    record.set_log_path(state_->LogPath(record.identity()));
     const WorkerKey key = KeyOf(record.identity());
     if (processes_.contains(key) || ended.contains(key)) continue;
     auto process = host::Process::Adopt(static_cast<pid_t>(record.identity().pid()), record.start_time());

@@ -54,10 +54,13 @@ absl::Status CheckSpeaker(const v1::WorkerIdentity& says, pid_t peer, std::int64
   return absl::OkStatus();
 }
 
+bool IsInstanceId(const std::string& id) {
+  return !id.empty() && id.size() <= kMaxInstanceId && id[0] != '.' && id[0] != '-' &&
+         std::all_of(id.begin(), id.end(), IsIdCharacter);
+}
+
 absl::Status CheckOrder(const v1::WorkerOrder& order) {
-  const std::string& id = order.instance_id();
-  if (id.empty() || id.size() > kMaxInstanceId || id[0] == '.' || id[0] == '-' ||
-      !std::all_of(id.begin(), id.end(), IsIdCharacter)) {
+  if (!IsInstanceId(order.instance_id())) {
     return absl::InvalidArgumentError("order: instance_id must be 1 to 64 letters, digits, '-', '_' or '.'");
   }
   if (order.region() < 1 || order.region() > kMaxRegions) {

@@ -42,7 +42,7 @@ std::optional<WorkerRecord> WorkerOf(const std::vector<std::string>& arguments, 
   WorkerRecord record;
   std::uint32_t region = 0, port = 0;
   std::uint64_t incarnation = 0;
-  if (values["--agent-socket"] != socket_path || values["--instance"].empty() ||
+  if (values["--agent-socket"] != socket_path || !IsInstanceId(values["--instance"]) ||
       !absl::SimpleAtoi(values["--region"], &region) || !absl::SimpleAtoi(values["--incarnation"], &incarnation) ||
       !absl::SimpleAtoi(values["--game-port"], &port) || region == 0 || incarnation == 0 || port == 0 ||
       port > kHighestPort) {
@@ -52,7 +52,6 @@ std::optional<WorkerRecord> WorkerOf(const std::vector<std::string>& arguments, 
   record.mutable_identity()->set_region(region);
   record.mutable_identity()->set_incarnation(incarnation);
   record.set_first_port(port);
-  record.set_log_path(values["--log-file"]);
   return record;
 }
 

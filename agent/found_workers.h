@@ -18,7 +18,8 @@
 
 namespace tessera::agent {
 
-// The worker whose command line this is, if it was started for the agent at this socket; without pid and start time.
+// The worker whose command line this is, if it was started for the agent at this socket; without pid, start time and
+// path of its log, of which it is not believed.
 std::optional<WorkerRecord> WorkerOf(const std::vector<std::string>& arguments, const std::string& socket_path);
 
 // All live ones of this user, each identity once, in the order of their pids. `proc`: where the kernel shows processes.

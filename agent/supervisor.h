@@ -46,6 +46,8 @@ struct WorkerKey {
 };
 WorkerKey KeyOf(const v1::WorkerIdentity& identity);
 v1::WorkerIdentity IdentityOf(const WorkerKey& key);
+// True if it can be part of a file's name: 1 to 64 letters, digits, '-', '_' or '.', the first of them no '-' or '.'.
+bool IsInstanceId(const std::string& id);
 // Where one worker's states are, and no other's: others cannot read it (region_worker/sandbox.h).
 std::string StateFolderOf(const std::string& folder, const WorkerKey& key);
 // Whether process `peer` speaks for the worker that it says it is, whose pid is `pid`; 0: there is no such worker.
