@@ -221,6 +221,7 @@ void Agent::RestoreWorker(const WorkerRecord& record, bool same_boot) {
   if (!process.ok()) {
     const std::string reason = same_boot ? "ended while no agent ran; its exit status is unknown"
                                          : "ended with the host, which was started anew";
+    state_->ForgetOrder(record.identity());
     supervisor_.AdoptGone(record, reason, host::LastLines(record.log_path(), kLastLines));
     return;
   }
@@ -235,7 +236,12 @@ void Agent::AdoptProcess(const WorkerRecord& record, host::Process process) {
   }
   spdlog::info("worker adopted worker={} pid={}", LogValue(key.ToString()), process.pid());
   MakeCgroup(key);  // an agent that starts anew takes the limits of all groups away for a moment
-  supervisor_.Adopt(record);
+  auto order = state_->LoadOrder(record.identity());
+  if (!order.ok()) {
+    spdlog::error("worker adopted without its last order worker={} reason={}", LogValue(key.ToString()),
+                  LogValue(std::string(order.status().message())));
+  }
+  supervisor_.Adopt(record, order.ok() ? *std::move(order) : std::nullopt);
   Watch(key, std::move(process), record.log_path());
 }
 

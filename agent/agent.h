@@ -103,6 +103,7 @@ class Agent {
   void Do(const SpawnWorker& action);
   void Do(const SignalWorker& action);
   void Do(const SendOrder& action);
+  void Do(const KeepOrder& action);
   void Do(const FetchContent& action);
   void Do(const FetchState& action);
   void Do(const UploadState& action);

@@ -115,6 +115,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
   inventories_.erase(key);
   NoteFoundAttached(key);  // or never will be
   states_.Forget(key, state_->StatesPath());
+  state_->ForgetOrder(IdentityOf(key));
   if (cgroups_) cgroups_->Remove(GroupOf(key));
   supervisor_.Ended(key, status, std::move(lines));
   Settle();
@@ -265,6 +266,14 @@ void Agent::Do(const SendOrder& action) {
                action.order.peers_size(), action.order.players_size(), LogValue(action.order.operation()));
   if (!action.order.has_failover() || action.order.has_resolution()) inventories_.erase(action.key);
   socket_->Send(found->second, action.order);
+}
+
+void Agent::Do(const KeepOrder& action) {
+  if (absl::Status saved = state_->SaveOrder(IdentityOf(action.key), action.order); !saved.ok()) {
+    metrics_.SetStateFailing(true);
+    spdlog::error("cannot keep an order worker={} reason={}", LogValue(action.key.ToString()),
+                  LogValue(std::string(saved.message())));
+  }
 }
 
 void Agent::Do(const FetchContent& action) { contents_.Want(action.content); }

@@ -52,7 +52,7 @@ absl::StatusOr<std::unique_ptr<StateDir>> StateDir::Open(const std::string& path
                                                    " bytes, the kernel takes ", kMaxSocketPath,
                                                    "; choose a shorter --state-dir"));
   }
-  for (const char* folder : {"", "/logs", "/scenes", "/games"}) {
+  for (const char* folder : {"", "/logs", "/orders", "/scenes", "/games"}) {
     if (absl::Status status = host::MakePrivateFolder(full + folder); !status.ok()) return status;
   }
   const std::string lock_path = full + "/lock";
@@ -98,6 +98,28 @@ absl::Status StateDir::SaveWorkers(const WorkersFile& workers) const {
   return host::WriteFile(path_ + "/workers.json", *json + "\n", host::Durability::kSurvivesProcess);
 }
 
+// Not durable either. Each replaces the one before, so a binary file that is written in a moment.
+absl::Status StateDir::SaveOrder(const v1::WorkerIdentity& worker, const v1::WorkerOrder& order) const {
+  return host::WriteFile(OrderPath(worker), order.SerializeAsString(), host::Durability::kSurvivesProcess);
+}
+
+absl::StatusOr<std::optional<v1::WorkerOrder>> StateDir::LoadOrder(const v1::WorkerIdentity& worker) const {
+  const std::string path = OrderPath(worker);
+  const absl::StatusOr<std::string> bytes = host::ReadFile(path, kMaxMessageBytes);
+  if (absl::IsNotFound(bytes.status())) return std::nullopt;
+  if (!bytes.ok()) return bytes.status();
+  v1::WorkerOrder order;
+  const bool whole = order.ParseFromString(*bytes) && order.instance_id() == worker.instance_id() &&
+                     order.region() == worker.region() && order.incarnation() == worker.incarnation();
+  if (!whole) return absl::DataLossError(absl::StrCat(path, ": not what an agent wrote"));
+  return order;
+}
+
+void StateDir::ForgetOrder(const v1::WorkerIdentity& worker) const {
+  std::error_code ignored;  // what stays is of a worker that never comes again
+  fs::remove(OrderPath(worker), ignored);
+}
+
 std::string StateDir::SetWorkersAside() const {
   const std::string kept = path_ + "/workers.json.unreadable";
   std::error_code ignored;  // where it cannot be renamed, the next save replaces it
@@ -119,6 +141,10 @@ absl::Status StateDir::SaveRevocations(const KeptRevocationsFile& revocations) c
 
 std::string StateDir::LogPath(const v1::WorkerIdentity& worker) const {
   return absl::StrCat(path_, "/logs/", worker.instance_id(), "-r", worker.region(), "-i", worker.incarnation(), ".log");
+}
+
+std::string StateDir::OrderPath(const v1::WorkerIdentity& worker) const {
+  return absl::StrCat(path_, "/orders/", worker.instance_id(), "-r", worker.region(), "-i", worker.incarnation(), ".pb");
 }
 
 std::string StateDir::ContentPath(const Content& content) const {

@@ -3,6 +3,7 @@
 //   host.json      id and secret of this host (0600)
 //   revocations.json  the newest list of revocations
 //   workers.json   what runs here, for the next agent
+//   orders/        the last order of each worker, for an agent whose control plane begins from a backup
 //   agent.sock     where workers attach
 //   logs/          one file a worker, and a few before it where it grew large
 //   scenes/        <hash>.pb
@@ -41,6 +42,10 @@ class StateDir {
   absl::Status SaveIdentity(const HostIdentity& identity) const;
   absl::StatusOr<WorkersFile> LoadWorkers() const;
   absl::Status SaveWorkers(const WorkersFile& workers) const;
+  // As the control plane gave it. Loading: nullopt where none was kept.
+  absl::Status SaveOrder(const v1::WorkerIdentity& worker, const v1::WorkerOrder& order) const;
+  absl::StatusOr<std::optional<v1::WorkerOrder>> LoadOrder(const v1::WorkerIdentity& worker) const;
+  void ForgetOrder(const v1::WorkerIdentity& worker) const;
   // A file that cannot be read is out of the way, and its content kept: returns where.
   std::string SetWorkersAside() const;
 
@@ -55,6 +60,7 @@ class StateDir {
   std::string ScenesPath() const { return path_ + "/scenes"; }
   std::string GamesPath() const { return path_ + "/games"; }
   std::string LogPath(const v1::WorkerIdentity& worker) const;
+  std::string OrderPath(const v1::WorkerIdentity& worker) const;
   std::string ContentPath(const Content& content) const;
 
   // Removes the oldest logs beyond kKeptLogs, but none of `in_use` and none of

@@ -113,6 +113,41 @@ TEST_F(StateDirTest, WorkersComeBackAsWritten) {
   EXPECT_EQ(dir->LoadWorkers()->SerializeAsString(), file.SerializeAsString());
 }
 
+TEST_F(StateDirTest, AnOrderComesBackAsWrittenUntilItIsForgotten) {
+  const auto dir = StateDir::Open(folder_).value();
+  v1::WorkerOrder order;
+  order.set_instance_id("inst-7");
+  order.set_region(2);
+  order.set_incarnation(31);
+  v1::WorkerIdentity worker;
+  worker.set_instance_id("inst-7");
+  worker.set_region(2);
+  worker.set_incarnation(31);
+  EXPECT_EQ(dir->LoadOrder(worker).value(), std::nullopt);
+  for (const std::uint64_t revision : {1u, 2u}) {
+    order.set_revision(revision);
+    ASSERT_TRUE(dir->SaveOrder(worker, order).ok());
+    EXPECT_EQ(dir->LoadOrder(worker).value()->SerializeAsString(), order.SerializeAsString());
+  }
+  EXPECT_EQ(Mode(dir->OrderPath(worker)), 0600U);
+  dir->ForgetOrder(worker);
+  EXPECT_EQ(dir->LoadOrder(worker).value(), std::nullopt);
+}
+
+TEST_F(StateDirTest, AnOrderOfAnotherWorkerAndADamagedOneAreErrorsThatNameTheFile) {
+  const auto dir = StateDir::Open(folder_).value();
+  v1::WorkerIdentity worker;
+  worker.set_instance_id("inst-7");
+  worker.set_region(2);
+  worker.set_incarnation(31);
+  v1::WorkerOrder other;
+  other.set_instance_id("inst-8");
+  ASSERT_TRUE(dir->SaveOrder(worker, other).ok());
+  EXPECT_EQ(dir->LoadOrder(worker).status().code(), absl::StatusCode::kDataLoss);
+  std::ofstream(dir->OrderPath(worker)) << "no order";
+  EXPECT_THAT(std::string(dir->LoadOrder(worker).status().message()), HasSubstr("inst-7-r2-i31.pb"));
+}
+
 TEST_F(StateDirTest, PruningKeepsTheYoungestLogsAndThoseInUse) {
   const auto dir = StateDir::Open(folder_).value();
   for (std::size_t i = 0; i < kKeptLogs + 5; ++i) {

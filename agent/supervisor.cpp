@@ -70,7 +70,7 @@ Supervisor::Supervisor(PortRange ports, std::function<bool(std::uint16_t)> ports
 
 // --- The last life
 
-void Supervisor::Adopt(const WorkerRecord& record) {
+void Supervisor::Adopt(const WorkerRecord& record, std::optional<v1::WorkerOrder> order) {
   const WorkerKey key = KeyOf(record.identity());
   Worker& worker = workers_[key];
   worker.record = record;
@@ -78,6 +78,7 @@ void Supervisor::Adopt(const WorkerRecord& record) {
   worker.report = record.report();
   *worker.report.mutable_identity() = record.identity();
   worker.ever_attached = true;
+  worker.old_order = std::move(order);
   ports_.Mark(static_cast<std::uint16_t>(record.first_port()));
   dirty_ = true;
 }
@@ -148,6 +149,7 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
     return outcome("unchanged", false);
   }
   worker.order = order;
+  Keep(key, worker);
   if (order.stop()) {
     BeginStop(key, worker, now);
     return outcome("stopping");
@@ -290,6 +292,7 @@ void Supervisor::Spawned(const WorkerKey& key, pid_t pid, std::uint64_t start_ti
   worker.report.mutable_identity()->set_pid(pid);
   worker.deadline = now + kAttachTimeout;
   dirty_ = true;
+  Keep(key, worker);
 }
 
 void Supervisor::SpawnFailed(const WorkerKey& key, const std::string& reason) {
@@ -387,6 +390,10 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
 
 void Supervisor::Detached(const WorkerKey& key) {
   if (const auto found = workers_.find(key); found != workers_.end()) found->second.attached = false;
+}
+
+void Supervisor::Keep(const WorkerKey& key, const Worker& worker) {
+  if (worker.order && worker.record.identity().pid() != 0) actions_.push_back(KeepOrder{key, *worker.order});
 }
 
 void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {

@@ -69,6 +69,10 @@ struct SendOrder {
   WorkerKey key;
   v1::WorkerOrder order;
 };
+struct KeepOrder {  // as the control plane gave it, for the agent after this one (Adopt)
+  WorkerKey key;
+  v1::WorkerOrder order;
+};
 struct FetchContent {  // answered, some time, by ContentReady or ContentFailed
   Content content;
 };
@@ -91,8 +95,8 @@ struct ReportExit {
   v1::WorkerExited exited;
   ExitResult result = ExitResult::kError;
 };
-using Action = std::variant<SpawnWorker, SignalWorker, SendOrder, FetchContent, FetchState, UploadState, ForwardReport,
-                            ReportExit>;
+using Action = std::variant<SpawnWorker, SignalWorker, SendOrder, KeepOrder, FetchContent, FetchState, UploadState,
+                            ForwardReport, ReportExit>;
 
 // The outcome of one order, for the log.
 struct OrderOutcome {
@@ -114,9 +118,9 @@ class Supervisor {
   // Where this host's native games are; empty: it has none.
   void SetModuleFolder(std::string folder) { module_folder_ = std::move(folder); }
 
-  // From the last life of this agent, before anything else. A record of a process that lives; one of a process that is
-  // gone, with the reason to report; an exit that may not have been heard.
-  void Adopt(const WorkerRecord& record);
+  // From the last life of this agent, before anything else. A record of a process that lives, with its last order where
+  // that was kept; one of a process that is gone, with the reason to report; an exit that may not have been heard.
+  void Adopt(const WorkerRecord& record, std::optional<v1::WorkerOrder> order = std::nullopt);
   void AdoptGone(const WorkerRecord& record, const std::string& reason, std::vector<std::string> last_lines);
   void AdoptExit(const v1::WorkerExited& exited);
 
@@ -152,8 +156,7 @@ class Supervisor {
   std::size_t size() const { return workers_.size(); }
   std::uint64_t desired_revision() const { return desired_revision_; }
   std::vector<v1::WorkerReport> Reports() const;
-  // The orders that the control plane gave this host. Workers of an agent before this one are not among them until
-  // they are ordered again.
+  // The orders that the control plane gave this host, to an agent before this one too where they were kept.
   v1::HeldOrders HeldOrders() const;
   std::vector<v1::WorkerExited> Exits() const;
   WorkersFile State(const std::string& boot_id) const;
@@ -167,6 +170,7 @@ class Supervisor {
     WorkerRecord record;  // pid 0: not spawned yet
     v1::WorkerReport report;
     std::optional<v1::WorkerOrder> order;  // as the control plane gave it
+    std::optional<v1::WorkerOrder> old_order;  // to the agent before this one
     std::string sent;                      // the last order, serialised
     std::optional<TimePoint> deadline;     // to attach, or to end
     Stopping stopping = Stopping::kNo;
@@ -191,6 +195,7 @@ class Supervisor {
   std::string PathOf(const Content& content, const Worker& worker) const;
   bool SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order);
   std::string StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const;
+  void Keep(const WorkerKey& key, const Worker& worker);
   void PushOrder(const WorkerKey& key, Worker& worker);
   void BeginStop(const WorkerKey& key, Worker& worker, TimePoint now);
   void Signal(const WorkerKey& key, const Worker& worker, int signal);

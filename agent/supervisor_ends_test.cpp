@@ -196,6 +196,38 @@ TEST_F(SupervisorTest, NextLifeAdoptsWhatLivesAndTellsWhatEnded) {
   EXPECT_THAT(ports, ElementsAre(7803));  // only region 4, and not on the ports of region 1
 }
 
+// A control plane that begins from a backup knows of a world what its hosts hold.
+TEST_F(SupervisorTest, OrdersAreKeptAndTheNextLifeHoldsThemUntilThereAreNewerOnes) {
+  v1::WorkerOrder ends = Order(2);
+  ends.set_stop(true);
+  Want({Order(1), Order(2), Order(3)});
+  Want({Order(1, 5), ends, Order(3)});
+  ASSERT_THAT(kept_, SizeIs(3));
+  EXPECT_EQ(kept_[Key(1)].revision(), 5u);
+  const WorkersFile file = supervisor_.State("boot");
+  ASSERT_EQ(file.workers_size(), 3);
+
+  Supervisor next(PortRange(7800, 8799), [](std::uint16_t) { return true; });
+  next.Adopt(file.workers(0), kept_[Key(1)]);
+  next.Adopt(file.workers(1), kept_[Key(2)]);
+  next.Adopt(file.workers(2));
+  ASSERT_EQ(next.HeldOrders().orders_size(), 1) << "one ends, of one nothing was kept";
+  EXPECT_EQ(next.HeldOrders().orders(0).SerializeAsString(), kept_[Key(1)].SerializeAsString());
+  v1::DesiredSet set;
+  *set.add_workers() = Order(1, 7);
+  next.Desired(set, now_);
+  ASSERT_EQ(next.HeldOrders().orders_size(), 1);
+  EXPECT_EQ(next.HeldOrders().orders(0).revision(), 7u);
+}
+
+TEST_F(SupervisorTest, NoOrderIsKeptOfAWorkerThatIsRefusedOrDoesNotStart) {
+  spawn_error_ = "no such program";
+  v1::WorkerOrder bad = Order(2);
+  bad.set_instance_id("../../host");
+  Want({Order(1), bad});
+  EXPECT_THAT(kept_, IsEmpty());
+}
+
 TEST_F(SupervisorTest, EndOfAnAdoptedWorkerSaysThatItsStatusIsUnknown) {
   WorkerRecord record;
   *record.mutable_identity() = Report(1).identity();

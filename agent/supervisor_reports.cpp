@@ -12,7 +12,8 @@ std::vector<v1::WorkerReport> Supervisor::Reports() const {
 v1::HeldOrders Supervisor::HeldOrders() const {
   v1::HeldOrders held;
   for (const auto& [key, worker] : workers_) {
-    if (worker.order && worker.stopping == Stopping::kNo) *held.add_orders() = *worker.order;
+    const std::optional<v1::WorkerOrder>& order = worker.order ? worker.order : worker.old_order;
+    if (order && !order->stop() && worker.stopping == Stopping::kNo) *held.add_orders() = *order;
   }
   return held;
 }

@@ -86,6 +86,7 @@ class SupervisorTest : public ::testing::Test {
   }
   void Do(const SignalWorker& a) { signals_.push_back(a.signal); }
   void Do(const SendOrder& a) { orders_.push_back(a.order); }
+  void Do(const KeepOrder& a) { kept_[a.key] = a.order; }
   void Do(const FetchContent& a) { fetches_.push_back(a.content.hash); }
   void Do(const FetchState& a) { states_.push_back(a); }
   void Do(const UploadState& a) { uploads_.push_back(a); }
@@ -104,6 +105,7 @@ class SupervisorTest : public ::testing::Test {
   std::vector<std::uint16_t> spawned_;
   std::vector<int> signals_;
   std::vector<v1::WorkerOrder> orders_;
+  std::map<WorkerKey, v1::WorkerOrder> kept_;
   std::vector<std::string> fetches_;
   std::vector<v1::WorkerReport> reports_;
   std::vector<FetchState> states_;

@@ -39,7 +39,6 @@ class LeaderRunner {
   LeaderOutcome Run();
 
  private:
-  bool IsKnownFault(LeaderFaultKind kind) const;
   bool Begin(const LeaderFault& fault);
   bool BeginAtControls(const LeaderFault& fault);
   bool BeginAtStore(const LeaderFault& fault);
@@ -54,7 +53,6 @@ class LeaderRunner {
   std::set<std::string> Changes() const;
   bool Sees(const SimulatedControl& control);
   bool HasHeard(const SimulatedControl& control);
-  bool HostsAreThere() const;
   void Conclude(LeaderOutcome& outcome);
 
   const LeaderScenario& scenario_;
@@ -121,13 +119,6 @@ std::set<std::string> LeaderRunner::Changes() const {
   return names;
 }
 
-bool LeaderRunner::HostsAreThere() const {
-  for (std::uint32_t host = 1; host <= scenario_.options.hosts; ++host) {
-    if (deployment_.HostAt(host).attached_to() == 0) return false;
-  }
-  return true;
-}
-
 // Whether nothing is amiss but what it says, for a while.
 bool LeaderRunner::Sees(const SimulatedControl& control) {
   const Micros now = deployment_.timeline().now();
@@ -166,18 +157,8 @@ bool LeaderRunner::Safe(const LeaderFault& fault) {
   return StandbysOutlive(deployment_, fault.kind != LeaderFaultKind::kWorkerDies);
 }
 
-// Not caused: a backup put back a second time, or while a host or a region is away. Where it is, 4 of the first 3000
-// worlds fail. Seeds 1325 and 1407 are a fault of the product: an agent that was started anew without a control plane
-// holds no orders, so two step one region, or nobody has a body. Seeds 461 and 693 are one of the simulator: the nodes
-// of two lives are the same after a second backup.
-bool LeaderRunner::IsKnownFault(LeaderFaultKind kind) const {
-  if (kind != LeaderFaultKind::kOldBackup) return false;
-  return restored_ || active_ > 0 || !HostsAreThere();
-}
-
 // False: there is nobody whom it could strike.
 bool LeaderRunner::Begin(const LeaderFault& fault) {
-  if (IsKnownFault(fault.kind)) return false;
   if (fault.kind <= LeaderFaultKind::kFollowerKilled) return BeginAtControls(fault);
   if (fault.kind <= LeaderFaultKind::kOldBackup) return BeginAtStore(fault);
   if (fault.kind <= LeaderFaultKind::kScale || fault.kind >= LeaderFaultKind::kWorkerDies) return BeginAtWorld(fault);

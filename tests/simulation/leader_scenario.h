@@ -5,8 +5,8 @@
 //   const LeaderOutcome outcome = Run(scenario);
 //
 // None of these faults may cost a body or a change that was acknowledged, give a region two owners, or make anybody say
-// what is not so. As in deployment_scenario.h, those that take a region from the world come one at a time. Known faults
-// of the product are left out; IsKnownFault in the source says which, and why. Thread rule: free functions on values.
+// what is not so. As in deployment_scenario.h, those that take a region from the world come one at a time.
+// Thread rule: free functions on values.
 #pragma once
 
 #include <array>

@@ -50,7 +50,8 @@ void SimulatedHost::StartAgent() {
   for (const agent::WorkerRecord& record : saved_.workers()) {
     const auto process = processes_.find(agent::KeyOf(record.identity()));
     if (process != processes_.end() && process->second.pid == record.identity().pid()) {
-      supervisor_->Adopt(record);
+      const auto order = orders_.find(process->first);
+      supervisor_->Adopt(record, order == orders_.end() ? std::nullopt : std::optional(order->second));
     } else {
       supervisor_->AdoptGone(record, "ended while no agent ran", {});
     }
@@ -93,6 +94,7 @@ void SimulatedHost::Crash() {
   KillAgent();
   for (auto& [key, process] : processes_) on_ending(*process.worker);
   processes_.clear();
+  orders_.clear();
   ++boot_;
 }
 
@@ -430,6 +432,7 @@ void SimulatedHost::Ended(const agent::WorkerKey& key, const host::ExitStatus& s
   const bool known = found->second.agent_life == life_;
   processes_.erase(found);
   inventories_.erase(key);
+  orders_.erase(key);
   if (!agent_alive()) return;
   const host::ExitStatus seen = known ? status : host::ExitStatus{};
   around_.timeline.In(kCall, [this, key, seen, life = life_] {

@@ -76,6 +76,7 @@ class SimulatedHost {
   void Do(const agent::SpawnWorker& action);
   void Do(const agent::SignalWorker& action);
   void Do(const agent::SendOrder& action);
+  void Do(const agent::KeepOrder& action) { orders_[action.key] = action.order; }
   void Do(const agent::FetchContent& action);
   void Do(const agent::FetchState& action);
   void Do(const agent::UploadState& action);
@@ -103,6 +104,7 @@ class SimulatedHost {
   Chance chance_;
   std::uint64_t newest_life_ = 0;  // the newest control plane's, on its disk
   agent::WorkersFile saved_;
+  std::map<agent::WorkerKey, v1::WorkerOrder> orders_;  // likewise, as files
   std::set<agent::Content> contents_;
   std::vector<agent::FetchState> states_;
   std::map<agent::WorkerKey, v1::InventoryReport> inventories_;
