@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bench/accuracy.h"
+#include "bench/attack_seat.h"
 #include "bench/borders.h"
 #include "bench/crowd.h"
 #include "bench/dissertation.h"
@@ -130,18 +131,30 @@ int Main(int argc, char** argv) {
       command->add_option("--runs", options.runs, "How many faults strike, if not 60 (--quick: 15)");
     }
   }
-  // The suites start this program anew as a player.
+  // The suites start this program anew as a player and as an attacker.
   PlayerSeat seat;
   CLI::App* player = app.add_subcommand("player", "Play in a world")->group("");
   player->add_option("control", seat.control)->required();
   player->add_option("instance", seat.instance)->required();
   player->add_option("seed", seat.seed)->required();
+  AttackSeat attack;
+  CLI::App* attacker = app.add_subcommand("attacker", "Attack a control plane")->group("");
+  attacker->add_option("name", attack.name)->required();
+  attacker->add_option("socket", attack.target.socket)->required();
+  attacker->add_option("operators", attack.target.operators)->required();
+  attacker->add_option("players", attack.target.players)->required();
+  attacker->add_option("world", attack.world)->required();
+  attacker->add_option("import_mb", attack.size.import_mb)->required();
+  attacker->add_option("lease_requests", attack.size.lease_requests)->required();
+  attacker->add_option("join_threads", attack.size.join_threads)->required();
+  attacker->add_option("joins_each", attack.size.joins_each)->required();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   if (app.got_subcommand(player)) return PlayInSeat(seat);
+  if (app.got_subcommand(attacker)) return AttackFromSeat(attack);
   for (const Suite& suite : kSuites) {
     if (app.got_subcommand(suite.name)) return Run(suite, options);
   }

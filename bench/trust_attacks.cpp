@@ -4,52 +4,34 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <csignal>
 #include <functional>
 #include <iostream>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "bench/attack_seat.h"
 #include "bench/statistics.h"
 #include "bench/trust_scenes.h"
 #include "bench/trust_stage.h"
+#include "host/child_process.h"
+#include "host/files.h"
+#include "host/last_lines.h"
+#include "local_cluster/command_error.h"
 
 namespace tessera::bench {
 namespace {
 
-constexpr std::uint32_t kLeastCallsBeside = 20;
+constexpr std::uint32_t kCallsBeside = 500;  // at least, where an attack can be repeated
+constexpr std::size_t kMaxSaid_bytes = 1 << 20;
+constexpr std::chrono::seconds kAttackPatience{180};
 
-struct TrustAttack {
-  const char* name;
-  std::function<support::Outcome(const support::Target&, const std::string& world)> run;
-};
-
-std::vector<TrustAttack> Attacks(const TrustSize& size) {
-  using support::Target;
-  return {
-      {"methods", [](const Target& t, const std::string&) { return support::CallEveryMethod(t); }},
-      {"plain", [](const Target& t, const std::string&) { return support::SpeakPlainText(t); }},
-      {"tokens", [](const Target& t, const std::string&) { return support::ShowLongTokens(t, 8, 60U << 20); }},
-      {"requests", [](const Target& t, const std::string&) { return support::AskAtLength(t, 16, 60U << 20); }},
-      {"connections", [](const Target& t, const std::string&) { return support::HoldConnections(t, 300, 64); }},
-      {"silence", [](const Target& t, const std::string&) { return support::SayNothing(t, 100); }},
-      {"imports",
-       [=](const Target& t, const std::string&) {
-         return support::ImportAsStranger(t, 4, std::size_t{size.import_mb} << 20);
-       }},
-      {"joins",
-       [=](const Target& t, const std::string& world) {
-         return support::JoinAndLeave(t, world, static_cast<int>(size.join_threads), static_cast<int>(size.joins_each));
-       }},
-      {"lies", [](const Target& t, const std::string& world) { return support::LieAsHost(t, world); }},
-      {"deaf", [=](const Target& t,
-                   const std::string&) { return support::NeverRead(t, static_cast<int>(size.lease_requests)); }},
-  };
-}
-
-std::vector<double> OperatorsCalls(const support::Target& target, std::uint32_t at_least,
-                                   const std::atomic<bool>* until) {
+std::vector<double> OperatorsCalls(const support::Target& target, const std::function<bool(std::size_t)>& more) {
   std::vector<double> times;
-  while (times.size() < at_least || (until != nullptr && !*until)) {
+  while (more(times.size())) {
     const double took_s = support::OperatorsCallSeconds(target);
     if (took_s < 0) throw local::CommandError("an operator's call was not answered");
     times.push_back(took_s);
@@ -57,54 +39,99 @@ std::vector<double> OperatorsCalls(const support::Target& target, std::uint32_t 
   return times;
 }
 
+// One attack under way, by a process of its own.
+class Attacker {
+ public:
+  explicit Attacker(const AttackSeat& seat)
+      : process_(local::OrThrow(host::ChildProcess::Start(
+            {.argv = AttackCommand(seat), .log_path = folder_.path() + "/log", .output_path = said_}))) {}
+
+  bool IsOver() { return process_.Wait(std::chrono::milliseconds(0)).has_value(); }
+  void Enough() const { process_.Signal(SIGTERM); }
+  support::Outcome End() {
+    const auto ended = process_.Wait(kAttackPatience);
+    if (!ended || !ended->Clean()) {
+      throw local::CommandError("the attacker " + (ended ? ended->Describe() : "did not end") +
+                                host::LastLinesText(folder_.path() + "/log", 4));
+    }
+    return ReadOutcome(local::OrThrow(host::ReadFile(said_, kMaxSaid_bytes)));
+  }
+
+ private:
+  const host::TemporaryFolder folder_;
+  const std::string said_ = folder_.path() + "/said";
+  host::ChildProcess process_;
+};
+
+struct AttackCosts {
+  support::Outcome outcome;
+  std::vector<double> beside_s;  // operator's calls meanwhile
+  double stays_mb = 0, highest_mb = 0;
+};
+
+AttackCosts Attack(const TrustStage& stage, const AttackSeat& seat) {
+  AttackCosts costs;
+  const double before_mb = stage.ControlMegabytes();
+  Attacker attacker(seat);
+  std::atomic<bool> over = false;
+  std::thread watcher([&] {
+    while (!over) {
+      costs.highest_mb = std::max(costs.highest_mb, stage.ControlMegabytes() - before_mb);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  });
+  std::string failure;
+  bool enough = false;
+  try {
+    costs.beside_s = OperatorsCalls(stage.target(), [&](std::size_t calls) {
+      if (calls >= kCallsBeside && !std::exchange(enough, true)) attacker.Enough();
+      return !attacker.IsOver();
+    });
+  } catch (const std::exception& error) {
+    failure = error.what();
+    attacker.Enough();
+  }
+  over = true;
+  watcher.join();
+  costs.outcome = attacker.End();
+  if (!failure.empty()) costs.outcome.Try(failure, false);
+  costs.stays_mb = stage.ControlMegabytes() - before_mb;
+  return costs;
+}
+
 }  // namespace
 
 absl::Status RunAttacks(const TrustSize& size, Report& report) {
   double through = 0;
-  for (const TrustAttack& attack : Attacks(size)) {
+  for (const std::string& name : AttackNames()) {
     TrustStage stage;  // anew, so that its memory is that of this attack
     const std::string world = stage.CreateWorld(false);
-    const double quiet_p99_s = Quantile(OperatorsCalls(stage.target(), size.calls, nullptr), 0.99);
-    const double before_mb = stage.ControlMegabytes();
-    std::atomic<bool> over = false;
-    support::Outcome outcome;
-    std::thread attacker([&] {
-      try {
-        outcome = attack.run(stage.target(), world);
-      } catch (const std::exception& error) {
-        outcome.Try(error.what(), false);
-      }
-      over = true;
-    });
-    double highest_mb = before_mb;
-    std::thread watcher([&] {
-      while (!over) {
-        highest_mb = std::max(highest_mb, stage.ControlMegabytes());
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      }
-    });
-    std::vector<double> beside;
-    std::string failure;
-    try {
-      beside = OperatorsCalls(stage.target(), kLeastCallsBeside, &over);
-    } catch (const std::exception& error) {
-      failure = error.what();
-    }
-    attacker.join();
-    watcher.join();
-    if (!failure.empty()) outcome.Try(failure, false);
-    for (const std::string& line : outcome.through) std::cerr << "trust: " << attack.name << ": " << line << "\n";
-    through += static_cast<double>(outcome.through.size());
-    const double p99_s = beside.empty() ? 0 : Quantile(beside, 0.99);
-    report.Add("attacks", kTrustEngine, attack.name, "tries", outcome.tries, "1");
-    report.Add("attacks", kTrustEngine, attack.name, "through", static_cast<double>(outcome.through.size()), "1");
-    report.Add("attacks", kTrustEngine, attack.name, "control_memory_mb", stage.ControlMegabytes() - before_mb, "MB");
-    report.Add("attacks", kTrustEngine, attack.name, "control_memory_highest_mb", highest_mb - before_mb, "MB");
-    report.Add("attacks", kTrustEngine, attack.name, "operator_p99_quiet_ms", 1e3 * quiet_p99_s, "ms");
-    report.Add("attacks", kTrustEngine, attack.name, "operator_p99_ms", 1e3 * p99_s, "ms");
-    report.Add("attacks", kTrustEngine, attack.name, "operator_p99_ratio", p99_s / quiet_p99_s, "1");
-    report.Add("attacks", kTrustEngine, attack.name, "operator_calls", static_cast<double>(beside.size()), "1");
-    std::cerr << fmt::format("trust: {}: {} of {} got through\n", attack.name, outcome.through.size(), outcome.tries);
+    const double quiet_s =
+        Quantile(OperatorsCalls(stage.target(), [&](std::size_t calls) { return calls < size.calls; }), 0.99);
+    const AttackCosts costs = Attack(stage, {.name = name,
+                                             .target = stage.target(),
+                                             .world = world,
+                                             .size = {.import_mb = size.import_mb,
+                                                      .lease_requests = size.lease_requests,
+                                                      .join_threads = size.join_threads,
+                                                      .joins_each = size.joins_each}});
+    for (const std::string& line : costs.outcome.through) std::cerr << "trust: " << name << ": " << line << "\n";
+    const auto got_through = static_cast<double>(costs.outcome.through.size());
+    through += got_through;
+    const double beside_s = costs.beside_s.empty() ? 0 : Quantile(costs.beside_s, 0.99);
+    const auto add = [&](const char* metric, double value, const char* unit) {
+      report.Add("attacks", kTrustEngine, name, metric, value, unit);
+    };
+    add("tries", costs.outcome.tries, "1");
+    add("through", got_through, "1");
+    add("control_memory_mb", costs.stays_mb, "MB");
+    add("control_memory_highest_mb", costs.highest_mb, "MB");
+    add("operator_p99_quiet_ms", 1e3 * quiet_s, "ms");
+    add("operator_p99_ms", 1e3 * beside_s, "ms");
+    add("operator_p99_ratio", beside_s / quiet_s, "1");
+    add("operator_calls", static_cast<double>(costs.beside_s.size()), "1");
+    std::cerr << fmt::format("trust: {}: {} of {} got through, operator's p99 {:.1f} ms, quiet {:.1f} ms\n", name,
+                             got_through, costs.outcome.tries, 1e3 * beside_s, 1e3 * quiet_s);
   }
   report.Add("attacks", kTrustEngine, "all", "attacks_through", through, "1");
   return absl::OkStatus();
