@@ -134,7 +134,7 @@ test('where two parts of a height field meet, the light has no seam', () => {
     return { kind: 'field', columns: 9, rows: 9, spacing: 2, rim, heights: new Float32Array(heights) };
   };
   const edge = (shape: Shape, x: number) => {
-    const geometry = makeGeometry(shape, new Map(), true);
+    const geometry = makeGeometry(shape, new Map(), 'fine');
     const positions = geometry.getAttribute('position');
     const normals = geometry.getAttribute('normal');
     const rows = [];

@@ -2,7 +2,7 @@
 
 import * as THREE from 'three';
 import type { Bodies } from '../world/bodies.ts';
-import { type ShapeTable, makeGeometry } from './geometry.ts';
+import { type Detail, type ShapeTable, makeGeometry } from './geometry.ts';
 import { PAINT_FRAGMENT_HEAD, PAINT_VERTEX, PAINT_VERTEX_HEAD } from './pictures.ts';
 import type { Visuals } from './visuals.ts';
 
@@ -31,7 +31,10 @@ export class Batches {
   private readonly drawnSolid = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, vertexColors: true });
   private readonly visuals: Pick<Visuals, 'geometryOf' | 'pictures'>;
 
-  constructor(bodies: Bodies, shapes: ShapeTable, visuals: Pick<Visuals, 'geometryOf' | 'pictures'>) {
+  private readonly detail: Detail;
+
+  constructor(bodies: Bodies, shapes: ShapeTable, visuals: Pick<Visuals, 'geometryOf' | 'pictures'>, detail: Detail) {
+    this.detail = detail;
     this.visuals = visuals;
     this.drawnSolid.onBeforeCompile = (shader) => {
       shader.uniforms['pictures'] = visuals.pictures.uniform;
@@ -198,7 +201,7 @@ export class Batches {
 
   private make(shape: number, trigger: boolean): Batch {
     const drawn = trigger ? null : this.visuals.geometryOf(shape);
-    const geometry = drawn ?? makeGeometry(this.shapes.get(shape)!, this.shapes, false);
+    const geometry = drawn ?? makeGeometry(this.shapes.get(shape)!, this.shapes, this.detail);
     geometry.computeBoundingSphere();
     geometry.computeBoundingBox();
     const solid = drawn ? this.drawnSolid : this.solid;

@@ -1,36 +1,49 @@
 // Geometry of each shape of the scene format, in the body's own frame.
 
 import * as THREE from 'three';
-import { mergeGeometries } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
+import { mergeGeometries, mergeVertices } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
 import type { Shape } from '../protocol/messages.ts';
 
 const PLANE_HALF_M = 2000;
 
 export type ShapeTable = Map<number, Shape>;
 
-export function makeGeometry(shape: Shape, table: ShapeTable, fine: boolean): THREE.BufferGeometry {
-  const round = fine ? 24 : 14;
+// How round what is round is drawn: a large part of a level, one of many bodies, one of many where a processor draws.
+export type Detail = 'fine' | 'usual' | 'coarse';
+
+// Sides of a circle, rings of a capsule's end, how often the faces of an icosahedron are parted.
+const ROUND = { fine: { sides: 24, rings: 8, parted: 4 }, usual: { sides: 14, rings: 4, parted: 2 }, coarse: { sides: 8, rings: 2, parted: 1 } };
+
+export function makeGeometry(shape: Shape, table: ShapeTable, detail: Detail): THREE.BufferGeometry {
+  const { sides, rings, parted } = ROUND[detail];
   switch (shape.kind) {
     case 'box':
       return new THREE.BoxGeometry(2 * shape.half[0]!, 2 * shape.half[1]!, 2 * shape.half[2]!);
     case 'sphere':
-      return fine ? new THREE.SphereGeometry(shape.radius, 24, 16) : new THREE.IcosahedronGeometry(shape.radius, 2);
+      return sphere(shape.radius, parted);
     case 'capsule':
-      return new THREE.CapsuleGeometry(shape.radius, 2 * shape.half_height, fine ? 8 : 4, round);
+      return new THREE.CapsuleGeometry(shape.radius, 2 * shape.half_height, rings, sides);
     case 'cylinder':
-      return new THREE.CylinderGeometry(shape.radius, shape.radius, 2 * shape.half_height, round);
+      return new THREE.CylinderGeometry(shape.radius, shape.radius, 2 * shape.half_height, sides);
     case 'cone':
-      return new THREE.ConeGeometry(shape.radius, shape.height, round);
+      return new THREE.ConeGeometry(shape.radius, shape.height, sides);
     case 'hull':
     case 'mesh':
       return triangles(shape.vertices, shape.triangles);
     case 'compound':
-      return compound(shape.children, table, fine);
+      return compound(shape.children, table, detail);
     case 'field':
       return field(shape);
     case 'plane':
       return plane(shape.normal, shape.offset);
   }
+}
+
+// Each corner once: three.js gives each face its own.
+function sphere(radius: number, parted: number): THREE.BufferGeometry {
+  const faces = new THREE.IcosahedronGeometry(radius, parted);
+  faces.deleteAttribute('uv');
+  return mergeVertices(faces);
 }
 
 // Faces with one normal each, as a collision shape is.
@@ -46,13 +59,13 @@ function triangles(vertices: Float32Array, indices: Uint32Array): THREE.BufferGe
 function compound(
   children: { shape: number; position: number[]; orientation: number[] }[],
   table: ShapeTable,
-  fine: boolean,
+  detail: Detail,
 ): THREE.BufferGeometry {
   const parts: THREE.BufferGeometry[] = [];
   for (const child of children) {
     const shape = table.get(child.shape);
     if (!shape) continue;
-    const whole = makeGeometry(shape, table, fine);
+    const whole = makeGeometry(shape, table, detail);
     const part = whole.index ? whole.toNonIndexed() : whole;
     part.deleteAttribute('uv');
     part.applyMatrix4(
@@ -64,7 +77,7 @@ function compound(
     );
     parts.push(part);
   }
-  return parts.length === 0 ? new THREE.BufferGeometry() : mergeGeometries(parts);
+  return parts.length === 0 ? new THREE.BufferGeometry() : mergeVertices(mergeGeometries(parts));
 }
 
 // The samples of the rim give the edge the slope of the whole field, and are not drawn: where two parts meet the light

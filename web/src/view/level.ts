@@ -122,7 +122,7 @@ export class Level {
       const shape = shapes.get(group[0]!.shape)!;
       const many = group.length >= INSTANCED_FROM;
       const meshes = group[0]!.trigger ? null : this.visuals.geometryOf(group[0]!.shape);
-      const geometry = meshes ?? makeGeometry(shape, shapes, !many);
+      const geometry = meshes ?? makeGeometry(shape, shapes, many ? 'usual' : 'fine');
       const flat = shape.kind === 'plane' || shape.kind === 'field';
       if (shape.kind === 'plane') this.has_plane = true;
       const material = group[0]!.trigger ? this.trigger : meshes ? this.drawn : flat ? this.ground : this.solid;

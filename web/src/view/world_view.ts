@@ -69,7 +69,7 @@ export class WorldView {
       this.level.settle(numbers, this.shapes);
     };
     this.visuals = new Visuals({ settled, problem });
-    this.batches = new Batches(bodies, shapes, this.visuals);
+    this.batches = new Batches(bodies, shapes, this.visuals, this.software ? 'coarse' : 'usual');
     this.level = new Level(this.territory, this.visuals);
     this.tiles = new Tiles({
       came: (tile, { shapes: made, visuals, statics }) => {
