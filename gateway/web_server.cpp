@@ -1,8 +1,11 @@
 #include "gateway/web_server.h"
 
 #include <libwebsockets.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <mutex>
 #include <utility>
 
@@ -22,7 +25,7 @@ namespace tessera::gateway {
 namespace {
 
 // A frame of a page is 16.7 ms long; this often worlds are polled while somebody watches.
-constexpr lws_usec_t kFrame_us = 1'000'000 / 60, kIdle_us = 200'000;
+constexpr std::chrono::nanoseconds kFrame{1'000'000'000 / 60}, kIdle = std::chrono::milliseconds(200);
 // Bytes that go to a socket at once; the rest of a larger message waits for the socket.
 constexpr std::size_t kWrite_bytes = 256 * 1024;
 // A connection that has been silent for so long is asked whether it is there, and ended when it does not answer.
@@ -53,7 +56,6 @@ struct WebServer::Impl {
 
   static int OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
   static int OnViewer(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
-  static void OnTick(lws_sorted_usec_list_t* timer);
   static Impl& Of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
 
   bool HasRoom();
@@ -62,6 +64,9 @@ struct WebServer::Impl {
   bool MayConnect(lws* wsi, const char* refusal);
   bool Refuse(lws* wsi, unsigned status, const char* refusal, prometheus::Counter& counter);
   bool Listen();
+  bool StartTimer();
+  void OnTimer();
+  void KeepPace();
   void Tick() {
     site.Finish();
     viewers.Tick();
@@ -74,11 +79,8 @@ struct WebServer::Impl {
   WebOptions options;
   GatewayMetrics& metrics;
   lws_retry_bo_t patience{};
-  // The timer, and whose it is.
-  struct Timer {
-    lws_sorted_usec_list_t list{};
-    Impl* owner = nullptr;
-  } timer;
+  int timer = -1;  // the listener's, once it is watched
+  std::chrono::nanoseconds pace{};
   ConnectionRoom room{options.max_connections, options.max_address_connections};
   std::mutex waking;
   bool stopped = false;  // under `waking`
@@ -170,6 +172,9 @@ int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, v
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
       Of(wsi).Tick();
       return 0;
+    case LWS_CALLBACK_RAW_RX_FILE:
+      Of(wsi).OnTimer();
+      return 0;
     default:
       break;
   }
@@ -183,7 +188,9 @@ int WebServer::Impl::OnViewer(lws* wsi, lws_callback_reasons reason, void* /*use
       if (!me.MayConnect(wsi, "This page may not connect here; see --allow-origin.")) return -1;
       return me.viewers.Admit(wsi);
     case LWS_CALLBACK_ESTABLISHED:
-      return me.viewers.Open(wsi);
+      if (me.viewers.Open(wsi) != 0) return -1;
+      me.KeepPace();
+      return 0;
     case LWS_CALLBACK_RECEIVE:
       return me.viewers.Receive(wsi, {static_cast<const char*>(in), len});
     case LWS_CALLBACK_SERVER_WRITEABLE:
@@ -196,13 +203,31 @@ int WebServer::Impl::OnViewer(lws* wsi, lws_callback_reasons reason, void* /*use
   }
 }
 
-void WebServer::Impl::OnTick(lws_sorted_usec_list_t* list) {
-  Impl& me = *lws_container_of(list, Timer, list)->owner;
-  me.Tick();
-  lws_sul_schedule(me.listener.context(), 0, list, OnTick, me.viewers.idle() ? kIdle_us : kFrame_us);
+// --- The loop --------------------------------------------------------------------------------------------------------
+
+// The kernel's timer keeps the rhythm and wakes the loop once a tick. The library's own counts from the end of one tick
+// to the next, and waits in whole milliseconds: for what is left of the last one the loop would turn without a rest.
+bool WebServer::Impl::StartTimer() {
+  timer = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+  if (timer < 0 || !listener.Watch(timer)) return false;
+  KeepPace();
+  return true;
 }
 
-// --- The loop --------------------------------------------------------------------------------------------------------
+void WebServer::Impl::OnTimer() {
+  std::uint64_t expired = 0;
+  if (read(timer, &expired, sizeof expired) != sizeof expired) return;
+  Tick();
+  KeepPace();
+}
+
+void WebServer::Impl::KeepPace() {
+  const std::chrono::nanoseconds wanted = viewers.idle() ? kIdle : kFrame;
+  if (wanted == std::exchange(pace, wanted)) return;
+  const timespec interval{.tv_sec = 0, .tv_nsec = wanted.count()};
+  const itimerspec times{.it_interval = interval, .it_value = interval};
+  timerfd_settime(timer, 0, &times, nullptr);
+}
 
 // False: the address cannot be served.
 bool WebServer::Impl::Listen() {
@@ -234,8 +259,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
   if (!me.Listen()) {
     return absl::UnavailableError(absl::StrCat("address ", host::ToString(options.listen), " cannot be served"));
   }
-  me.timer.owner = &me;
-  lws_sul_schedule(me.listener.context(), 0, &me.timer.list, Impl::OnTick, 1);
+  if (!me.StartTimer()) return absl::ResourceExhaustedError("the gateway has no descriptor left for its timer");
   return server;
 }
 

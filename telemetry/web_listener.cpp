@@ -1,5 +1,7 @@
 #include "telemetry/web_listener.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 
@@ -54,6 +56,16 @@ void WebListener::Serve(const std::atomic<bool>& stopping) {
 
 void WebListener::Wake() {
   if (context_ != nullptr) lws_cancel_service(context_);
+}
+
+bool WebListener::Watch(int descriptor) {
+  lws_sock_file_fd_type file{};
+  file.filefd = descriptor;
+  if (lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, file, protocols_.front().name, nullptr) != nullptr) {
+    return true;
+  }
+  close(descriptor);
+  return false;
 }
 
 void WebListener::Close() {

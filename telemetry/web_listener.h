@@ -51,6 +51,9 @@ class WebListener {
   void Serve(const std::atomic<bool>& stopping);
   // LWS_CALLBACK_EVENT_WAIT_CANCELLED comes soon. Does nothing before it is open.
   void Wake();
+  // Has the first protocol told by LWS_CALLBACK_RAW_RX_FILE whenever the descriptor can be read. It is the listener's
+  // from then on, also where this returns false: it cannot be watched.
+  bool Watch(int descriptor);
   // Ends all connections, whose callbacks still come.
   void Close();
 
