@@ -64,7 +64,7 @@ void AddVerdict(const LastingVerdict& verdict, Report& report) {
   add("acknowledged_lost", count(verdict.lost), "1");
   add("two_writers", count(verdict.two_writers), "1");
   add("two_owners", count(verdict.two_owners), "1");
-  add("players_dropped", static_cast<double>(verdict.players_dropped), "1");
+  add("players_dropped", count(verdict.players_dropped), "1");
   add("false_running_s", verdict.false_running.total_s, "s");
   add("false_running_longest_s", verdict.false_running.longest_s, "s");
   add("false_degraded_s", verdict.false_degraded.total_s, "s");
@@ -81,6 +81,7 @@ void AddVerdict(const LastingVerdict& verdict, Report& report) {
   Tell(verdict.lost);
   Tell(verdict.two_writers);
   Tell(verdict.two_owners);
+  Tell(verdict.players_dropped);
   Tell(verdict.false_running.told);
   Tell(verdict.false_degraded.told);
 }

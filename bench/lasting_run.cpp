@@ -69,6 +69,13 @@ std::string WhyNotWell(const v1::Instance& world, std::uint32_t regions, std::ui
   return "";
 }
 
+std::string Worded(const LastingGap& gap) {
+  std::string text = fmt::format("  {}:", NameOf(gap.kind));
+  if (gap.leader_s >= 0) text += fmt::format(" changes accepted again after {:.2f} s", gap.leader_s);
+  if (gap.failover_s >= 0) text += fmt::format(" all regions step again after {:.2f} s", gap.failover_s);
+  return gap.leader_s < 0 && gap.failover_s < 0 ? text + " mended" : text;
+}
+
 class LastingDrama {
  public:
   LastingDrama(LastingStage& stage, LastingWitnesses& witnesses, const LastingPlan& plan)
@@ -154,7 +161,7 @@ absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, Las
   const auto witnesses = LastingWitnesses::Begin(**stage, *instance, plan.players);
   if (!witnesses.ok()) return witnesses.status();
   LastingDrama drama(**stage, **witnesses, plan);
-  if (const std::string why = drama.WaitUntilWell(); !why.empty()) {
+  if (const std::string why = drama.WaitUntilWell(kLastingHosts, plan.players); !why.empty()) {
     return absl::UnavailableError("the world never was well: " + why);
   }
   LastingVerdict verdict;
@@ -162,13 +169,14 @@ absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, Las
     const auto gap = drama.Play(fault);
     if (!gap.ok()) return gap.status();
     verdict.gaps.push_back(*gap);
+    plan.tell(Worded(*gap));
     if (const std::string why = drama.WaitUntilWell(); !why.empty()) {
       verdict.not_well.push_back(fmt::format("after {}: {}", NameOf(fault.kind), why));
       break;  // the next changes would be this one's
     }
   }
   const History history = (*witnesses)->End();
-  verdict.players_dropped = (*witnesses)->players_dropped();
+  verdict.players_dropped = (*witnesses)->PlayersDropped();
   const auto hosts = (*witnesses)->KnownHosts();
   if (!hosts.ok()) return hosts.status();
   Judge(history, *hosts, verdict);

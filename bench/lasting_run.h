@@ -38,9 +38,8 @@ struct LastingGap {
 };
 
 struct LastingVerdict {
-  std::vector<std::string> lost, two_writers, two_owners;
+  std::vector<std::string> lost, two_writers, two_owners, players_dropped;
   Falsehood false_running, false_degraded;
-  std::uint64_t players_dropped = 0;
   std::vector<LastingGap> gaps;
   std::vector<std::string> not_well;  // faults after which the cluster was not well again in time, and why
   std::size_t changes = 0, writes = 0, readings = 0;

@@ -273,19 +273,27 @@ std::optional<double> LastingWitnesses::SteppedAfter(double since, std::uint64_t
 
 void LastingWitnesses::Play(std::uint32_t number) {
   auto joined = local::Bot::Join(stage_.players(), instance_, absl::StrCat("player-", number), number);
-  if (!joined.ok()) {
-    ++dropped_;
-    return;
-  }
+  if (!joined.ok()) return Drop(number, joined.status());
   const std::unique_ptr<local::Bot> bot = *std::move(joined);
   bool out = false;
   while (!ended_) {
     if (!bot->Frame(client::Clock::now())) {
-      if (!out) ++dropped_;
+      if (!out) Drop(number, bot->client().reason());
       out = !bot->ComeBack().ok();
     }
     std::this_thread::sleep_for(kFrame);
   }
+}
+
+void LastingWitnesses::Drop(std::uint32_t number, const absl::Status& why) {
+  const double at = Now();
+  const std::lock_guard lock(mutex_);
+  dropped_.push_back(fmt::format("player {} was dropped at {:.1f} s: {}", number, at, why.ToString()));
+}
+
+std::vector<std::string> LastingWitnesses::PlayersDropped() const {
+  const std::lock_guard lock(mutex_);
+  return dropped_;
 }
 
 // --- Who wrote.

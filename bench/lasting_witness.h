@@ -47,7 +47,8 @@ class LastingWitnesses {
   // When every region of the last known map that is later than `map`, had stepped after `since`; nothing within
   // `patience`. `map` 0: of whatever map.
   std::optional<double> SteppedAfter(double since, std::uint64_t map, std::chrono::seconds patience);
-  std::uint64_t players_dropped() const { return dropped_; }
+  // A line for each time that a player was thrown out, or could not join: when, and why.
+  std::vector<std::string> PlayersDropped() const;
 
   // So many more players join.
   void LetPlay(std::uint32_t players);
@@ -64,6 +65,7 @@ class LastingWitnesses {
   void AskForTheWorld();
   void ReadWorkers(std::uint32_t host);
   void Play(std::uint32_t number);
+  void Drop(std::uint32_t number, const absl::Status& why);
   void FollowWrites();
   bool WaitFor(const std::function<bool()>& holds, std::chrono::seconds patience) const;
 
@@ -72,10 +74,10 @@ class LastingWitnesses {
   const std::chrono::steady_clock::time_point begin_;
   std::unique_ptr<Channels> channels_;
   std::atomic<bool> ended_{false};
-  std::atomic<std::uint64_t> dropped_{0};
   std::uint32_t players_ = 0;  // that were let play
   mutable std::mutex mutex_;   // guards what follows
   History history_;
+  std::vector<std::string> dropped_;
   std::optional<v1::Instance> latest_;
   double latest_asked_ = 0;
   std::vector<std::thread> threads_;

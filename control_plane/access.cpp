@@ -24,7 +24,8 @@ struct Method {
 // sees it, up to the door's limit, so nobody may call anything who has shown nothing.
 constexpr std::array kMethods{
     Method{"/grpc.health.v1.Health/Check", Need::kViewer, For::kInstances, true},
-    Method{"/grpc.health.v1.Health/Watch", Need::kViewer, For::kInstances},
+    // A channel to several control planes asks each of them by it who leads.
+    Method{"/grpc.health.v1.Health/Watch", Need::kViewer, For::kInstances, true},
     Method{"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.AccessService/AddIssuer", Need::kAdministrator},
     Method{"/tessera.v1.AccessService/BackupCluster", Need::kAdministrator},

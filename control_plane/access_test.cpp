@@ -68,6 +68,7 @@ TEST(AccessTest, AStrangerCallsNothing) {
   EXPECT_FALSE(CheckAccess(At(Door::kOperators), kHealth).ok());
   EXPECT_TRUE(CheckAccess(At(Door::kOperators, v1::ROLE_VIEWER), kHealth).ok());
   EXPECT_TRUE(CheckAccess(At(Door::kPlayers), kHealth).ok());
+  EXPECT_TRUE(CheckAccess(At(Door::kPlayers), "/grpc.health.v1.Health/Watch").ok());
 }
 
 TEST(AccessTest, AJoinTokenAttachesAndDoesNothingElse) {

@@ -209,6 +209,13 @@ TEST_F(DoorsTest, AStrangersLongRequestsAreNotRead) {
   EXPECT_EQ(ask_health(Players(), kPlayersMessageBytes + 1), StatusCode::RESOURCE_EXHAUSTED);
 }
 
+TEST_F(DoorsTest, APlayerFindsWhoeverServesOfSeveral) {
+  const std::string authority = "#" + authority_.fingerprint;
+  // Nobody listens at the first.
+  const auto channel = Dialled("127.0.0.1:1" + authority + "," + server_->players() + authority, {});
+  EXPECT_EQ(Join(channel, false).error_code(), StatusCode::NOT_FOUND) << "there is no such world; but somebody says so";
+}
+
 TEST_F(DoorsTest, PlainTextIsNoWayIn) {
   for (const std::string& address : {server_->operators(), server_->players()}) {
     const auto channel = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
