@@ -75,6 +75,7 @@ std::vector<std::string> LastingStage::Arguments(Program program, std::uint32_t 
             peers,
             "--initial-advertise-peer-urls",
             peers,
+            "--pre-vote",
             "--initial-cluster",
             cluster,
             "--cert-file",

@@ -64,7 +64,9 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
   while (!given_up()) {
     const auto leader = ReadLeader(kElectionPatience);
     const bool is_anothers = leader.ok() && leader->has_value() && (lease_ == 0 || (*leader)->lease() != lease_);
-    if (is_anothers) {
+    if (leader.ok() && old_lease_ != 0) {
+      EndOldLease();
+    } else if (is_anothers) {
       say(ReadLeaderAddress((*leader)->value()));
     } else {
       say(std::nullopt);
@@ -79,6 +81,13 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
   }
   Resign();
   return absl::CancelledError("the campaign was given up");
+}
+
+// A member of etcd that was elected meanwhile has given each lease all of its time anew, so without this the key of a
+// leader that was cut off would stand for seconds after it is back, and nobody could lead.
+void EtcdElection::EndOldLease() {
+  const absl::Status ended = client_.Revoke(old_lease_, kElectionPatience);
+  if (ended.ok() || absl::IsNotFound(ended)) old_lease_ = 0;
 }
 
 // ABORTED: somebody else was faster. Else it is not known who won; the key will say.
@@ -199,7 +208,8 @@ void EtcdElection::Resign() {
   }
   if (renewer_.joinable()) renewer_.join();
   if (const std::int64_t lease = std::exchange(lease_, 0); lease != 0) {
-    client_.Revoke(lease, kElectionPatience).IgnoreError();  // else it runs out by itself
+    old_lease_ = lease;
+    EndOldLease();
   }
 }
 

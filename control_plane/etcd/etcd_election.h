@@ -66,13 +66,14 @@ class EtcdElection {
   void WaitUntilLost(const std::function<bool()>& given_up);
   // We cannot go on leading, though the lease may stand.
   void Abandon();
-  // Ends the lease, so that another may lead.
+  // Ends the lease, so that another may lead. Where etcd cannot be told, the next Campaign tells it.
   void Resign();
 
  private:
   absl::StatusOr<std::optional<etcdserverpb::KeyValue>> ReadLeader(std::chrono::milliseconds patience) const;
   absl::Status TryToWin();
   absl::Status BeginToLead();
+  void EndOldLease();
   void Renew(std::int64_t lease, std::int64_t token);
   void Extend(Clock::time_point sent, std::chrono::seconds ttl);
 
@@ -81,7 +82,8 @@ class EtcdElection {
   const LeaderAddress self_;
   const ElectionTimes times_;
 
-  std::int64_t lease_ = 0;  // granted, and neither over nor revoked as far as we know
+  std::int64_t lease_ = 0;      // granted, and neither over nor revoked as far as we know
+  std::int64_t old_lease_ = 0;  // of a time when we led; etcd does not know yet that it is over
   std::int64_t token_ = 0;
   Clock::time_point granted_sent_;
   std::chrono::seconds granted_ttl_{0};

@@ -101,6 +101,26 @@ TEST_F(EtcdElectionTest, WithoutRenewalsItEndsBeforeTheLeaseDoes) {
   EXPECT_FALSE(etcd_.Value("tessera/leader").empty()) << "etcd still holds the key, and nobody else can lead yet";
 }
 
+// As a leader that was cut off does when it is back.
+TEST_F(EtcdElectionTest, ALeaseThatCouldNotBeEndedIsEndedLater) {
+  EtcdElection one(*client_, "tessera", {.operators = "a:1", .players = ""}, kQuick);
+  EtcdElection two(*client_, "tessera", {.operators = "b:1", .players = ""}, kQuick);
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.FailRevocations(true);
+  one.Resign();
+  EXPECT_EQ(etcd_.Value("tessera/leader"), "a:1 -");
+  int asked = 0;
+  EXPECT_FALSE(one.Campaign(kNobodyListens, [&] { return ++asked > 3; }).ok()) << "nor can we lead again by that lease";
+  EXPECT_EQ(etcd_.Value("tessera/leader"), "a:1 -");
+
+  etcd_.FailRevocations(false);
+  asked = 0;
+  (void)one.Campaign(kNobodyListens, [&] { return ++asked > 1 || etcd_.Value("tessera/leader").empty(); });
+  EXPECT_EQ(etcd_.Value("tessera/leader"), "") << "the fake's leases have no time of their own: nothing else ends it";
+  EXPECT_TRUE(two.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  EXPECT_EQ(etcd_.Value("tessera/leader"), "b:1 -");
+}
+
 TEST_F(EtcdElectionTest, WhoLeadsProvesItUntilTheKeyIsGone) {
   EtcdElection one(*client_, "tessera", {}, kQuick);
   ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());

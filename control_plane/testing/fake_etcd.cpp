@@ -75,6 +75,11 @@ void FakeEtcd::FailRenewals(bool fail) {
   fail_renewals_ = fail;
 }
 
+void FakeEtcd::FailRevocations(bool fail) {
+  const std::lock_guard lock(mutex_);
+  fail_revocations_ = fail;
+}
+
 void FakeEtcd::FailReads(bool fail) {
   const std::lock_guard lock(mutex_);
   fail_reads_ = fail;
@@ -259,6 +264,7 @@ grpc::Status FakeEtcd::LeaseGrant(grpc::ServerContext*, const pb::LeaseGrantRequ
 grpc::Status FakeEtcd::LeaseRevoke(grpc::ServerContext*, const pb::LeaseRevokeRequest* request,
                                    pb::LeaseRevokeResponse*) {
   const std::lock_guard lock(mutex_);
+  if (fail_revocations_) return {grpc::StatusCode::UNAVAILABLE, "no revocations"};
   if (!leases_.contains(request->id())) {
     return {grpc::StatusCode::NOT_FOUND, "etcdserver: requested lease not found"};
   }

@@ -51,6 +51,8 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
   void FailNext(std::initializer_list<Fault> faults);
   // Renewals fail with UNAVAILABLE, or not any more.
   void FailRenewals(bool fail);
+  // To end a lease fails with UNAVAILABLE, or not any more.
+  void FailRevocations(bool fail);
   // Reads fail with UNAVAILABLE, or not any more: transactions without a write among them.
   void FailReads(bool fail);
   // Ends all leases, as if their time were over.
@@ -99,7 +101,7 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
   std::map<std::int64_t, std::int64_t> leases_;  // to their seconds
   std::deque<Fault> faults_;
   std::vector<etcdserverpb::TxnRequest> late_;
-  bool fail_renewals_ = false, fail_reads_ = false;
+  bool fail_renewals_ = false, fail_revocations_ = false, fail_reads_ = false;
   int transactions_ = 0;
   std::string endpoint_;
   std::unique_ptr<grpc::Server> server_;
