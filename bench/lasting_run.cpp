@@ -154,7 +154,7 @@ void Judge(const History& history, const std::set<std::string>& hosts, LastingVe
 
 absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, LastingPlan plan) {
   const host::TemporaryFolder folder;
-  const auto stage = LastingStage::Start(network, folder.path());
+  const auto stage = LastingStage::Start(network, folder.path(), plan.etcd_election);
   if (!stage.ok()) return stage.status();
   const auto instance = MakeWorld(**stage, plan);
   if (!instance.ok()) return instance.status();

@@ -24,6 +24,7 @@ struct LastingPlan {
   std::vector<LastingFault> faults;
   std::uint32_t players = 1;
   std::uint32_t bodies = 40;
+  std::chrono::milliseconds etcd_election = kEtcdElection;
   // How long one fault may take until all is well again.
   std::chrono::seconds patience{120};
   std::function<void(const std::string&)> tell = [](const std::string&) {};  // a line for people, as it goes

@@ -26,6 +26,7 @@ using Program = LastingStage::Program;
 constexpr std::chrono::seconds kLastingPatience{60}, kLastingEnd{15};
 constexpr std::size_t kMaxLastingFile = 4 << 20;
 constexpr char kEtcdPath[] = "/usr/bin/etcd", kOpensslPath[] = "/usr/bin/openssl";
+constexpr int kHeartbeatsAnElection = 10;
 constexpr std::uint64_t kAlarmedMember = 1;  // in its name the alarm is raised: none of them
 constexpr std::chrono::seconds kAlarmPatience{5};
 constexpr std::uint64_t kLastingDisk = 64 << 20;  // bytes a host; memory, as far as it is used
@@ -76,6 +77,10 @@ std::vector<std::string> LastingStage::Arguments(Program program, std::uint32_t 
             "--initial-advertise-peer-urls",
             peers,
             "--pre-vote",
+            "--election-timeout",
+            absl::StrCat(election_.count()),
+            "--heartbeat-interval",
+            absl::StrCat(election_.count() / kHeartbeatsAnElection),
             "--initial-cluster",
             cluster,
             "--cert-file",
@@ -171,8 +176,9 @@ std::string LastingStage::LastWords(Program program, std::uint32_t which) const 
 }
 
 absl::StatusOr<std::unique_ptr<LastingStage>> LastingStage::Start(const local::HostNetwork& network,
-                                                                  const std::string& folder) {
-  std::unique_ptr<LastingStage> stage(new LastingStage(network, folder));
+                                                                  const std::string& folder,
+                                                                  std::chrono::milliseconds election) {
+  std::unique_ptr<LastingStage> stage(new LastingStage(network, folder, election));
   absl::Status status = stage->MakeEtcdCertificate();
   for (std::uint32_t i = 0; i < kLastingControls && status.ok(); ++i) status = stage->Launch(Program::kEtcd, i);
   if (status.ok()) status = stage->StartControls();

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -29,6 +30,8 @@
 namespace tessera::bench {
 
 inline constexpr std::uint32_t kLastingControls = 3, kLastingHosts = 3;
+// As etcd has it unless it is told.
+inline constexpr std::chrono::milliseconds kEtcdElection{1000};
 
 class LastingStage {
  public:
@@ -47,8 +50,10 @@ class LastingStage {
 
   // Everything runs, hosts are READY; there is no world yet. `network` outlives it; `folder` is empty. Errors say which
   // program did not come up, with its last lines.
+  // `election`: how long etcd's members do without a leader before they elect another.
   static absl::StatusOr<std::unique_ptr<LastingStage>> Start(const local::HostNetwork& network,
-                                                             const std::string& folder);
+                                                             const std::string& folder,
+                                                             std::chrono::milliseconds election = kEtcdElection);
   ~LastingStage();
   LastingStage(const LastingStage&) = delete;
   LastingStage& operator=(const LastingStage&) = delete;
@@ -79,7 +84,8 @@ class LastingStage {
   std::string LastWords(Program program, std::uint32_t which) const;
 
  private:
-  LastingStage(const local::HostNetwork& network, std::string folder) : network_(network), folder_(std::move(folder)) {}
+  LastingStage(const local::HostNetwork& network, std::string folder, std::chrono::milliseconds election)
+      : network_(network), folder_(std::move(folder)), election_(election) {}
   absl::Status MakeEtcdCertificate() const;
   absl::Status Launch(Program program, std::uint32_t which);
   absl::Status Await(Program program, std::uint32_t which);
@@ -93,6 +99,7 @@ class LastingStage {
 
   const local::HostNetwork& network_;
   const std::string folder_;
+  const std::chrono::milliseconds election_;
   std::unique_ptr<control::EtcdClient> etcd_;
   trust::ControlPoint control_;
   std::string players_;

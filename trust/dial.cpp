@@ -27,7 +27,7 @@ constexpr std::chrono::seconds kFetchTimeout{5};
 constexpr std::size_t kMaxKept = 64;  // authorities, of one process
 // For a channel to several: soon after another was elected it is connected to it. Control planes take pings from 1 s
 // on.
-constexpr int kFirstReconnect_ms = 100, kLastReconnect_ms = 1000, kSilence_ms = 2000;
+constexpr int kFirstReconnect_ms = 100, kLastReconnect_ms = 1000, kSilence_ms = 2000, kAnswer_ms = 1500;
 
 // A fingerprint names one certificate for ever, so what was found for it holds wherever it is met again.
 absl::StatusOr<std::string> AuthorityOf(const ControlAddress& address, std::chrono::milliseconds patience) {
@@ -141,9 +141,9 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> DialWhoServes(const std::string& 
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnect_ms);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kLastReconnect_ms);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLastReconnect_ms);
-  // A leader that is silent is left, whether it was cut off or stands still.
+  // A leader that is silent is left, whether it was cut off or stands still: by the time that another leads.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kSilence_ms);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kSilence_ms);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kAnswer_ms);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   return grpc::CreateCustomChannel(target, *shown, arguments);
 }

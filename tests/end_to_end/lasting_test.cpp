@@ -39,6 +39,7 @@ TEST(LastingTest, WhateverDiesNothingIsLostOrDoubledOrMisstated) {
   EXPECT_THAT(verdict->lost, IsEmpty());
   EXPECT_THAT(verdict->two_writers, IsEmpty());
   EXPECT_THAT(verdict->two_owners, IsEmpty());
+  EXPECT_THAT(verdict->players_dropped, IsEmpty());
   EXPECT_LT(verdict->false_running.longest_s, kLongestLie_s) << ::testing::PrintToString(verdict->false_running.told);
   // The witnesses were there.
   EXPECT_GT(verdict->changes, 20u);
