@@ -71,7 +71,8 @@ inline constexpr std::chrono::milliseconds kLeaseProofPatience{500};
 // Time from one proof to the next: at most so many reads of etcd, however many hosts ask. Longer, and each lease comes
 // later.
 inline constexpr std::chrono::milliseconds kLeaseProofInterval{20};
-// Time from one message or timer call to the next, beyond which it is this process that has stood still, not its hosts.
+// Time from one message or timer call to the next, beyond which it is this process that has stood still, not its hosts;
+// and from one host's message to the next of any, beyond which it is this process that was cut off.
 inline constexpr std::chrono::milliseconds kOwnPause{500};
 // Changes of properties of one instance that wait for an answer: each is in the orders of all its workers.
 inline constexpr std::size_t kMaxPropertyChanges = 1000;

@@ -151,6 +151,7 @@ void Cluster::HandleAgentGone(StreamId stream) {
 
 // With a host that was lost, what was degraded comes back.
 void Cluster::NoteHeard(Now now, HostEntry& host) {
+  if (const Steady deaf = hosts_.OwnDeafness(now); deaf.count() > 0) failovers_.Forgive(deaf, now);
   if (!hosts_.Heard(host, now)) return;
   InstanceNumbers touched;
   for (const auto& [number, index] : host.workers) touched.insert(number);

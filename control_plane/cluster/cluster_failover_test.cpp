@@ -123,6 +123,29 @@ TEST(FailoverTest, ASilentHostIsCarriedOnByTheOtherOnceItsLeasesHaveRunOut) {
   ExpectNoIncarnationTwice(harness);
 }
 
+// Whoever is heard first once the network is back proves nothing about those who are not heard yet.
+TEST(FailoverTest, AControlPlaneThatWasCutOffDeclaresNobodyDeadForIt) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  alpha.silent = beta.silent = true;
+  harness.Run(seconds(3));
+  alpha.silent = false;
+  harness.Run(milliseconds(750));
+  EXPECT_FALSE(harness.cluster().state().FindInstance(id)->record.has_failover()) << "beta is to be heard yet";
+  beta.silent = false;
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).failovers(), 0u);
+
+  // One that stays away is carried on, as ever.
+  alpha.silent = beta.silent = true;
+  harness.Run(seconds(3));
+  alpha.silent = false;
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+}
+
 TEST(FailoverTest, NobodyWaitsForALeaseThatRanOutLongAgo) {
   ClusterHarness harness;
   auto& alpha = harness.AddHost("alpha", 4);

@@ -228,6 +228,27 @@ TEST_F(RecoveryTest, AFailoverThatWasUnderWayIsCarriedOut) {
   ExpectNoIncarnationTwice(harness_);
 }
 
+// Its orders went with it, and nobody's names it as a peer any more.
+TEST_F(RecoveryTest, ARegionThatNobodyKnowsAnyMoreIsCarriedOnAndDoesNotBeginAnew) {
+  const std::string id = Start(harness_, 4);
+  const std::string backup = harness_.Backup();
+  const auto starts = StartsOf(harness_);
+  FakeHost& host = harness_.AgentOf(id, 2);
+  host.fake.workers.erase({id, 2});
+  for (auto& [name, agent] : harness_.agents) {
+    for (auto& [key, worker] : agent.fake.workers) worker.order.clear_peers();
+  }
+  harness_.BeginFrom(backup);
+  harness_.Run(seconds(1));
+  ASSERT_FALSE(harness_.cluster().state().recovering());
+  EXPECT_TRUE(harness_.cluster().state().FindInstance(id)->record.has_failover());
+  harness_.Run(seconds(20));
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness_.Get(id).reason();
+  EXPECT_EQ(harness_.Get(id).failovers(), 1u);
+  ExpectEachBodyOnce(harness_, 4);
+  ExpectNoIncarnationTwice(harness_);
+}
+
 TEST_F(RecoveryTest, AHostThatDoesNotComeIsWaitedForAndThenSilentLikeAnyOther) {
   const std::string id = Start(harness_, 4);
   const std::string backup = harness_.Backup();
@@ -256,6 +277,29 @@ TEST_F(RecoveryTest, ItGoesOnFromTheBeginningWhenTheControlPlaneDiesMeanwhile) {
   EXPECT_FALSE(harness_.cluster().state().recovering());
   EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
   EXPECT_EQ(StartsOf(harness_), starts);
+}
+
+TEST_F(RecoveryTest, NobodyHasALeaseBeforeItIsKnownWhatRuns) {
+  const std::string id = Start(harness_, 2);
+  const std::string backup = harness_.Backup();
+  FakeHost& home = harness_.AgentOf(id, 1);
+  harness_.agents.at("beta").silent = true;
+  harness_.BeginFrom(backup);
+  harness_.Run(milliseconds(500));
+  ASSERT_TRUE(harness_.cluster().state().recovering());
+  v1::AgentMessage ask;
+  *ask.mutable_lease()->mutable_identity() = home.fake.workers.at({id, 1}).report.identity();
+  if (home.stream == 0) harness_.Attach(home);
+  harness_.cluster().TakeEffects();
+  harness_.Send(home, ask);
+  EXPECT_TRUE(harness_.cluster().TakeEffects().leases.empty()) << "it may have been carried on elsewhere since";
+
+  harness_.agents.at("beta").silent = false;
+  harness_.Run(seconds(5));
+  ASSERT_FALSE(harness_.cluster().state().recovering());
+  harness_.cluster().TakeEffects();
+  harness_.Send(home, ask);
+  EXPECT_EQ(harness_.cluster().TakeEffects().leases.size(), 1u);
 }
 
 TEST_F(RecoveryTest, ItEndsOnceWhatItFoundCanBeStored) {

@@ -364,6 +364,8 @@ std::optional<records::Instance> Failovers::NextProtected(const InstanceEntry& i
 // The lease is counted from here on by the control plane, and from when it was asked for by the worker: it stops first.
 void Failovers::RenewLease(const HostEntry& host, const v1::LeaseRequest& request, Now now) {
   const auto [instance, worker] = FindWorker(state_, host, request.identity());
+  // Until it is known what runs, the worker may be one that was cut off and carried on elsewhere since the backup.
+  if (state_.recovering() && !state_.recovers_unreadable()) return;
   // Nobody knows yet, or ever, what else the worker should do than go on.
   const bool goes_on = state_.recovering() || IsUnknownWorker(host, request.identity());
   if (!goes_on && (instance == nullptr || worker->gone || !WantsWorkers(instance->record.state()))) return;

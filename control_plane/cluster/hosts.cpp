@@ -251,8 +251,20 @@ Steady Hosts::OwnPause(Now now) {
   const Steady paused = last_call_.count() == 0 ? Steady(0) : now.steady - last_call_;
   last_call_ = now.steady;
   if (paused <= kOwnPause) return Steady(0);
-  for (HostEntry& host : state_.EachHost()) host.last_heard = std::min(now.steady, host.last_heard + paused);
+  Forgive(paused, now);
   return paused;
+}
+
+Steady Hosts::OwnDeafness(Now now) {
+  const Steady deaf = now.steady - any_heard_;
+  if (deaf > kOwnPause) Forgive(deaf, now);
+  any_heard_ = now.steady;
+  return deaf > kOwnPause ? deaf : Steady(0);
+}
+
+void Hosts::Forgive(Steady span, Now now) {
+  any_heard_ = std::min(now.steady, any_heard_ + span);
+  for (HostEntry& host : state_.EachHost()) host.last_heard = std::min(now.steady, host.last_heard + span);
 }
 
 void Hosts::NoteHeartbeat(HostEntry& host, const v1::AgentHeartbeat& heartbeat, Now now) {

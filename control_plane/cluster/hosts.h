@@ -43,10 +43,13 @@ class Hosts {
   absl::Status NoteModules(HostEntry& host, const v1::GameModuleList& modules);
 
   // The host was loaded: nobody is lost before there was time to be heard.
-  void Adopt(HostEntry& host, Now now) { host.last_heard = now.steady; }
+  void Adopt(HostEntry& host, Now now) { host.last_heard = any_heard_ = now.steady; }
   // How long this process itself stood still before `now`, if it did: it heard nobody meanwhile, which is no silence of
   // theirs. Call it before anything is made of what came meanwhile, of which the first may be old.
   Steady OwnPause(Now now);
+  // For how long nobody at all was heard before this message, if that is long: so far it is this process that was cut
+  // off, and nobody else's silence. Call it before Heard.
+  Steady OwnDeafness(Now now);
   // A message came. True: the host was lost until now.
   bool Heard(HostEntry& host, Now now);
   void NoteHeartbeat(HostEntry& host, const v1::AgentHeartbeat& heartbeat, Now now);
@@ -56,11 +59,13 @@ class Hosts {
  private:
   absl::StatusOr<HostEntry*> Authenticate(const v1::AgentHello& hello, Now now);
   absl::Status TakeSerial(const HostEntry& host, const std::string& shown, records::Host& next);
+  void Forgive(Steady span, Now now);
 
   ClusterState& state_;
   ControlSettings settings_;
   RandomBytes random_;
   Steady last_call_{0};  // 0: not yet
+  Steady any_heard_{0};  // when some host was
 };
 
 // INVALID_ARGUMENT "hello.join_token: has 4096 bytes, at most 256". What it takes does not grow with what is too long.

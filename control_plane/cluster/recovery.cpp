@@ -27,6 +27,19 @@ bool IsBelievable(const InstanceEntry& instance, const v1::WorkerOrder& order) {
          (!order.has_planned() || FromProto(order.planned().map()).ok());
 }
 
+// True if an order is the worker's own, or knows it as a peer.
+bool IsNamed(const WorkerEntry& worker, const std::vector<HeldOrder>& orders) {
+  return std::any_of(orders.begin(), orders.end(), [&worker](const HeldOrder& held) {
+    const auto& peers = held.order.peers();
+    const auto is_it = [&worker](std::uint32_t region, std::uint64_t incarnation) {
+      return region == worker.region && incarnation == worker.incarnation;
+    };
+    return is_it(held.order.region(), held.order.incarnation()) ||
+           std::any_of(peers.begin(), peers.end(),
+                       [&](const v1::RegionAddress& peer) { return is_it(peer.region(), peer.incarnation()); });
+  });
+}
+
 // Drops the unknown workers that `gone` names. False: there were none.
 template <class Gone>
 absl::StatusOr<bool> Forget(ClusterState& state, HostEntry& host, const Gone& gone) {
@@ -97,8 +110,9 @@ void Recovery::TakeOrders(const HostEntry& host, const v1::HeldOrders& held) {
   state_.Log(absl::StrCat("orders taken up host=", host.record.name(), " workers=", held.orders_size()));
 }
 
-bool Recovery::Due(Now now) const {
-  if (now.steady - begun_ >= kRecoverPatience) return true;
+bool Recovery::Due(Now now) const { return now.steady - begun_ >= kRecoverPatience || AllAnswered(); }
+
+bool Recovery::AllAnswered() const {
   return std::all_of(state_.hosts().begin(), state_.hosts().end(), [this](const auto& numbered) {
     // One that was never admitted runs nothing.
     return numbered.second.record.secret_hash().empty() || held_.contains(numbered.first);
@@ -175,7 +189,20 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
     if (instance.record.has_movement()) *next.mutable_movement() = instance.record.movement();
   }
   AddEvent(next, now, "taken up as it runs, after the cluster was restored from a backup" + lacks);
-  return state_.StoreWithPlayers(instance, next, AdoptPlayers(instance.players, orders));
+  if (absl::Status status = state_.StoreWithPlayers(instance, next, AdoptPlayers(instance.players, orders));
+      !status.ok()) {
+    return status;
+  }
+  if (next.run() && AllAnswered()) EndMissing(instance, orders);
+  return absl::OkStatus();
+}
+
+// A region of a running world that no order names died just before, and its worker runs nowhere, as all hosts have
+// said. Ordered to begin, it would begin from the scene, beside those who have its bodies.
+void Recovery::EndMissing(InstanceEntry& instance, const std::vector<HeldOrder>& orders) {
+  for (WorkerEntry& worker : instance.workers) {
+    if (!IsNamed(worker, orders)) state_.SetGone(instance, worker, "found on no host after the cluster was restored");
+  }
 }
 
 absl::Status Recovery::TakeUpPlayers(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now) {

@@ -61,6 +61,8 @@ class Recovery {
   bool Due(Now now) const;
   bool KnownToStep(const records::Instance& record, Now now) const;
   bool AllHostsAnswered(const records::Instance& record) const;
+  bool AllAnswered() const;
+  void EndMissing(InstanceEntry& instance, const std::vector<HeldOrder>& orders);
   absl::Status TakeUp(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now);
   absl::Status EndUnlessItRuns(InstanceEntry& instance, Now now);
   absl::Status TakeUpPlayers(InstanceEntry& instance, const std::vector<HeldOrder>& orders, Now now);

@@ -51,6 +51,7 @@ class LeaderRunner {
   void RunFor(Micros span);
   void AskForChange();
   std::set<std::string> Changes() const;
+  bool HearsAllHosts(const SimulatedControl& control);
   bool Sees(const SimulatedControl& control);
   bool HasHeard(const SimulatedControl& control);
   void Conclude(LeaderOutcome& outcome);
@@ -119,13 +120,18 @@ std::set<std::string> LeaderRunner::Changes() const {
   return names;
 }
 
+bool LeaderRunner::HearsAllHosts(const SimulatedControl& control) {
+  for (std::uint32_t host = 1; host <= scenario_.options.hosts; ++host) {
+    if (deployment_.HostAt(host).attached_to() != control.number()) return false;
+  }
+  return true;
+}
+
 // Whether nothing is amiss but what it says, for a while.
 bool LeaderRunner::Sees(const SimulatedControl& control) {
   const Micros now = deployment_.timeline().now();
   bool well = active_ == 0 && !deployment_.store().full() && deployment_.store().write_time() == 0;
-  for (std::uint32_t host = 1; host <= scenario_.options.hosts; ++host) {
-    well = well && deployment_.HostAt(host).attached_to() == control.number();
-  }
+  well = well && HearsAllHosts(control);
   for (const SimulatedWorker* worker : deployment_.Workers()) well = well && worker->Protected();
   if (!well) amiss_at_ = now;
   return now - amiss_at_ > kRelapse;
@@ -150,10 +156,13 @@ void LeaderRunner::AtEnd(Micros lasts, std::function<void()> action) {
   });
 }
 
-// Everybody moves, and has a standby with a copy that the fault does not strike as well.
+// Everybody moves, and has a standby with a copy that the fault does not strike as well. A leader that does not hear a
+// host yet would take a death elsewhere for the second of two.
 bool LeaderRunner::Safe(const LeaderFault& fault) {
   if (active_ > 0 || !deployment_.Still()) return false;
   if (!TakesARegion(fault.kind)) return true;
+  const SimulatedControl& leader = deployment_.control();
+  if (leader.answers() && !HearsAllHosts(leader)) return false;
   return StandbysOutlive(deployment_, fault.kind != LeaderFaultKind::kWorkerDies);
 }
 
