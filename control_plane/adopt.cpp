@@ -64,7 +64,19 @@ void AddPeers(const records::Instance& old, const v1::WorkerOrder& order, const 
   }
 }
 
-void SetPlacements(const records::Instance& old, const Places& places, records::Instance& next) {
+// The incarnation under which the region ran last, as far as anybody knows; 0: nobody does.
+std::uint64_t LastIncarnationOf(const records::Instance& old, const CopiesHeld& copies, std::uint32_t region) {
+  const auto copy = copies.find(region);
+  // Numbers of the old record were raised beyond all that were given since.
+  if (copy != copies.end() && copy->second <= old.last_incarnation()) return copy->second;
+  for (const records::Placement& before : old.placements()) {
+    if (before.region() == region) return before.incarnation();
+  }
+  return 0;
+}
+
+void SetPlacements(const records::Instance& old, const CopiesHeld& copies, const Places& places,
+                   records::Instance& next) {
   const std::set<std::uint32_t> in_force = RegionsOf(next.map());
   std::set<std::uint32_t> regions = in_force;
   for (const std::uint32_t planned : RegionsOf(next.planned().map())) regions.insert(planned);
@@ -79,8 +91,8 @@ void SetPlacements(const records::Instance& old, const Places& places, records::
     } else {
       place.set_region(region);
       place.set_host_id(OldHostOf(old, region));
-      next.set_last_incarnation(next.last_incarnation() + 1);
-      place.set_incarnation(next.last_incarnation());
+      const std::uint64_t known = LastIncarnationOf(old, copies, region);
+      place.set_incarnation(known != 0 ? known : next.last_incarnation() + 1);
     }
     next.set_last_incarnation(std::max(next.last_incarnation(), place.incarnation()));
   }
@@ -156,7 +168,7 @@ void SetClock(const v1::WorkerOrder& newest, records::Instance& next) {
 
 }  // namespace
 
-records::Instance AdoptOrders(const records::Instance& old, std::span<const HeldOrder> orders,
+records::Instance AdoptOrders(const records::Instance& old, std::span<const HeldOrder> orders, const CopiesHeld& copies,
                               const HostOfAddress& host_at) {
   const v1::WorkerOrder& newest = NewestOf(orders).order;
   records::Instance next = old;
@@ -171,7 +183,7 @@ records::Instance AdoptOrders(const records::Instance& old, std::span<const Held
     places.Add(held.order.region(), held.order.incarnation(), held.host_id, held.order.joins_running());
   }
   for (const HeldOrder& held : orders) AddPeers(old, held.order, host_at, places);
-  SetPlacements(old, places, next);
+  SetPlacements(old, copies, places, next);
   next.set_last_map_version(
       std::max({old.last_map_version(), newest.map().version(), newest.planned().map().version()}));
   SetFailover(newest, orders, next);

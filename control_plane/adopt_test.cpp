@@ -36,12 +36,12 @@ HeldOrder NewcomerOf(std::uint32_t region, std::uint64_t incarnation, const v1::
 }
 
 // The record of a world that had two regions, 1 and 2, when the backup was made.
-records::Instance Adopted(const std::vector<HeldOrder>& orders) {
+records::Instance Adopted(const std::vector<HeldOrder>& orders, const CopiesHeld& copies = {}) {
   records::Instance old;
   *old.mutable_map() = AdoptedMap(1, 2);
   old.set_wanted_regions(2);
   old.set_last_incarnation(1'000'002);
-  return AdoptOrders(old, orders, [](const std::string&) { return std::string(); });
+  return AdoptOrders(old, orders, copies, [](const std::string&) { return std::string(); });
 }
 
 const records::Placement& PlaceOf(const records::Instance& record, std::uint32_t region) {
@@ -95,6 +95,14 @@ TEST(AdoptTest, TheDeadOfAFailoverAreToBeReplaced) {
   const records::Instance next = Adopted({order});
   EXPECT_EQ(next.failover().dead_size(), 1);
   EXPECT_EQ(next.wanted_regions(), 4U);
+}
+
+TEST(AdoptTest, ARegionOfWhichNobodyHasAnOrderIsTheOneThatItsStandbyHasACopyOf) {
+  const std::vector<HeldOrder> orders = {OrderOf(1, 1, AdoptedMap(5, 2))};
+  EXPECT_EQ(PlaceOf(Adopted(orders, {{2, 7}}), 2).incarnation(), 7U);
+  const records::Instance lied_to = Adopted(orders, {{2, 5'000'000}});
+  EXPECT_EQ(PlaceOf(lied_to, 2).incarnation(), 1'000'003U) << "no such number was ever given";
+  EXPECT_EQ(lied_to.last_incarnation(), 1'000'003U);
 }
 
 TEST(AdoptTest, ANewcomerIsUnprotectedAndJoinsOnlyUntilItsMapIsInForce) {

@@ -70,6 +70,10 @@ void Recovery::NoteReport(const v1::WorkerReport& report, Now now) {
   Stepped& region = known->second;
   if ((!is_new && report.tick() > region.tick) || report.world_paused()) region.at = now.steady;
   region.tick = report.tick();
+  CopiesHeld& copies = copies_[report.identity().instance_id()];
+  for (const v1::StandbyStatus& copy : report.standby_copies()) {
+    copies[copy.region()] = std::max(copies[copy.region()], copy.incarnation());
+  }
 }
 
 // By the map of the newest order, where its hosts have answered.
@@ -158,6 +162,7 @@ bool Recovery::Step(Now now) {
   state_.Log(absl::StrCat("what runs is taken up hosts=", held_.size(), " of ", state_.hosts().size()));
   held_.clear();
   stepped_.clear();
+  copies_.clear();
   for (HostEntry& host : state_.EachHost()) state_.MarkDesired(host);
   return true;
 }
@@ -175,7 +180,7 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
   // Whoever was begun from this backup before has given numbers on from the same ones.
   records::Instance old = instance.record;
   if (state_.restored_again()) Raise(old);
-  records::Instance next = AdoptOrders(old, orders, host_at);
+  records::Instance next = AdoptOrders(old, orders, copies_[old.id()], host_at);
   // A game that came after the backup cannot be given to a new worker.
   std::string lacks;
   for (const std::string& key : ContentKeys(next)) {
@@ -193,15 +198,20 @@ absl::Status Recovery::TakeUp(InstanceEntry& instance, const std::vector<HeldOrd
       !status.ok()) {
     return status;
   }
-  if (next.run() && AllAnswered()) EndMissing(instance, orders);
+  if (next.run()) EndMissing(instance, orders);
   return absl::OkStatus();
 }
 
-// A region of a running world that no order names died just before, and its worker runs nowhere, as all hosts have
-// said. Ordered to begin, it would begin from the scene, beside those who have its bodies.
+// A region of a running world that no order names died just before, and where it was placed it is not. Ordered to
+// begin, it would begin from the scene, beside those who have its bodies. Once all hosts have answered it runs nowhere;
+// else its lease has to run out.
 void Recovery::EndMissing(InstanceEntry& instance, const std::vector<HeldOrder>& orders) {
-  for (WorkerEntry& worker : instance.workers) {
-    if (!IsNamed(worker, orders)) state_.SetGone(instance, worker, "found on no host after the cluster was restored");
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    WorkerEntry& worker = instance.workers[i];
+    const HostEntry* const host = HostAt(state_, instance, i);
+    if (IsNamed(worker, orders) || (host != nullptr && !held_.contains(host->number))) continue;
+    worker.evicted = !AllAnswered();
+    state_.SetGone(instance, worker, "found on no host after the cluster was restored");
   }
 }
 

@@ -73,6 +73,7 @@ class Recovery {
   std::map<std::uint64_t, std::vector<v1::WorkerOrder>> held_;       // by the number of the host
   std::set<std::string> alive_;                                      // instances
   std::map<std::string, std::map<std::uint32_t, Stepped>> stepped_;  // by instance and region
+  std::map<std::string, CopiesHeld> copies_;                         // by instance
   std::string trouble_;                                              // why it cannot end; logged once
 };
 
