@@ -116,7 +116,7 @@ absl::StatusOr<std::optional<v1::WorkerOrder>> StateDir::LoadOrder(const v1::Wor
 }
 
 void StateDir::ForgetOrder(const v1::WorkerIdentity& worker) const {
-  std::error_code ignored;  // what stays is of a worker that never comes again
+  std::error_code ignored;  // one that stays is of a worker that never comes again
   fs::remove(OrderPath(worker), ignored);
 }
 

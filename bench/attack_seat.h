@@ -29,11 +29,11 @@ std::vector<std::string> AttackNames();
 // This program's command line for it.
 std::vector<std::string> AttackCommand(const AttackSeat& seat);
 
-// Attacks again and again until SIGTERM, when the attack that is under way comes to its end; once, where an attack leaves
-// hosts behind. Exit status: 0.
+// Attacks again and again until SIGTERM, when the attack that is under way comes to its end; once, where an attack
+// leaves hosts behind. Exit status: 0.
 int AttackFromSeat(const AttackSeat& seat);
 
-// What the attacker's output says.
+// As the attacker's output says.
 support::Outcome ReadOutcome(const std::string& said);
 
 }  // namespace tessera::bench

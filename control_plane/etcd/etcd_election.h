@@ -83,7 +83,7 @@ class EtcdElection {
   const ElectionTimes times_;
 
   std::int64_t lease_ = 0;      // granted, and neither over nor revoked as far as we know
-  std::int64_t old_lease_ = 0;  // of a time when we led; etcd does not know yet that it is over
+  std::int64_t old_lease_ = 0;  // from a time when we led; etcd does not know yet that it is over
   std::int64_t token_ = 0;
   Clock::time_point granted_sent_;
   std::chrono::seconds granted_ttl_{0};
