@@ -42,6 +42,7 @@ v1::AgentHello Agent::Hello() const {
   hello.set_boot_id(boot_id_);
   *hello.mutable_game_modules() = game_modules_;
   hello.set_revocations_number(revocations_.number());
+  hello.set_takes_player_changes(true);
   for (v1::WorkerReport& report : supervisor_.Reports()) *hello.add_workers() = std::move(report);
   return hello;
 }
@@ -188,6 +189,7 @@ void Agent::OnDesired(const v1::DesiredSet& set) {
                 "order from=control worker={} revision={} outcome={} op={}", LogValue(outcome.key.ToString()),
                 outcome.revision, LogValue(outcome.what), LogValue(outcome.operation));
   }
+  if (supervisor_.TakeNeedsWhole()) session_->Redial();
 }
 
 void Agent::OnLease(const v1::LeaseRenewal& renewal) {

@@ -93,6 +93,10 @@ inline constexpr std::chrono::milliseconds kModuleScanInterval{2000}, kModulePat
 // and a small world's worker ends for want of it.
 inline constexpr std::uint64_t kLeastWorkerMemory_mb = 4096, kMostDefaultMemory_mb = 16'384;
 
+// An order of which the players alone changed is written to the disk so much later at most. Longer, and more joins are
+// missing where agent and control plane are both lost; shorter, and a world of ten thousand is written more often.
+inline constexpr std::chrono::milliseconds kKeepPlayersInterval{1000};
+
 // Connections to the socket of workers: of one process, which dials anew before the old one is given up, and in all.
 // Beyond, they are closed unread: a worker that was taken over would exhaust this program's descriptors.
 inline constexpr std::size_t kConnectionsOfAProcess = 8, kConnectionsOfAll = 4096;

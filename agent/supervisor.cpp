@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/game/native_name.h"
+#include "core/world/player_changes.h"
 
 namespace tessera::agent {
 namespace {
@@ -129,6 +130,10 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
   if (stopping_all_) return outcome("ignored: this agent is stopping", !workers_.contains(key));
   const auto found = workers_.find(key);
   if (found == workers_.end()) {
+    if (order.players_since() != 0) {
+      needs_whole_ = true;
+      return outcome("ignored: it names changes alone, and there is no such worker");
+    }
     if (absl::Status status = CheckOrder(order); !status.ok()) {
       std::string reason(status.message());
       KeepExit(key, NeverStarted(key, reason), ExitResult::kError);
@@ -145,11 +150,11 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
   }
   Worker& worker = found->second;
   if (worker.stopping != Stopping::kNo) return outcome("is stopping already", false);
-  if (worker.order && worker.order->SerializeAsString() == order.SerializeAsString()) {
-    return outcome("unchanged", false);
+  if (worker.order ? !Continues(*worker.order, order) : order.players_since() != 0) {
+    needs_whole_ = true;
+    return outcome("ignored: its players are changes of an order that is not here");
   }
-  worker.order = order;
-  Keep(key, worker);
+  if (!TakeOrder(key, worker, order, now)) return outcome("unchanged", false);
   if (order.stop()) {
     BeginStop(key, worker, now);
     return outcome("stopping");
@@ -311,7 +316,7 @@ void Supervisor::Ended(const WorkerKey& key, const host::ExitStatus& status, std
   if (port_in_use) {
     worker.deadline.reset();
     worker.attached = worker.ever_attached = false;
-    worker.sent.clear();
+    ForgetSent(worker);
     worker.record.mutable_identity()->set_pid(0);
     worker.report.Clear();
     *worker.report.mutable_identity() = IdentityOf(key);
@@ -363,7 +368,8 @@ absl::StatusOr<WorkerKey> Supervisor::Attached(const v1::WorkerReport& first, pi
   Worker& worker = found->second;
   worker.attached = worker.ever_attached = true;
   if (worker.stopping == Stopping::kNo) worker.deadline.reset();
-  worker.sent.clear();
+  ForgetSent(worker);
+  worker.takes_changes = first.takes_player_changes();
   Reported(key, first);
   PushOrder(key, worker);
   return key;
@@ -390,35 +396,6 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
 
 void Supervisor::Detached(const WorkerKey& key) {
   if (const auto found = workers_.find(key); found != workers_.end()) found->second.attached = false;
-}
-
-void Supervisor::Keep(const WorkerKey& key, const Worker& worker) {
-  if (worker.order && worker.record.identity().pid() != 0) actions_.push_back(KeepOrder{key, *worker.order});
-}
-
-void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
-  const bool stop = worker.stopping != Stopping::kNo;
-  if (!worker.attached || (!worker.order && !stop)) return;
-  v1::WorkerOrder order;
-  if (worker.order) {
-    order = *worker.order;
-  } else {
-    order.set_instance_id(key.instance_id);
-    order.set_region(key.region);
-    order.set_incarnation(key.incarnation);
-  }
-  const bool whole = SetPaths(key, worker, order);
-  WriteRevoked(revoked_, order);
-  if (!whole && !stop) return;
-  if (stop && !order.stop()) {  // our own decision: it must fence every order before it
-    order.set_revision(std::max(order.revision(), worker.report.order_revision()) + 1);
-    order.set_stop(true);
-    order.set_goes_on(!stopping_all_);
-  }
-  std::string bytes = order.SerializeAsString();
-  if (bytes == worker.sent) return;
-  worker.sent = std::move(bytes);
-  actions_.push_back(SendOrder{key, std::move(order)});
 }
 
 // --- Ending
@@ -449,6 +426,7 @@ void Supervisor::Kill(const WorkerKey& key, Worker& worker, const std::string& w
 void Supervisor::Tick(TimePoint now) {
   const auto seconds = [](Duration d) { return std::chrono::duration_cast<std::chrono::seconds>(d).count(); };
   for (auto& [key, worker] : workers_) {
+    if (worker.keep_at && *worker.keep_at <= now) Keep(key, worker);
     if (!worker.deadline || *worker.deadline > now) continue;
     switch (worker.stopping) {
       case Stopping::kNo:
@@ -471,7 +449,9 @@ void Supervisor::Tick(TimePoint now) {
 std::optional<TimePoint> Supervisor::NextDeadline() const {
   std::optional<TimePoint> next;
   for (const auto& [key, worker] : workers_) {
-    if (worker.deadline && (!next || *worker.deadline < *next)) next = worker.deadline;
+    for (const std::optional<TimePoint>& due : {worker.deadline, worker.keep_at}) {
+      if (due && (!next || *due < *next)) next = due;
+    }
   }
   return next;
 }

@@ -162,6 +162,8 @@ class Supervisor {
   WorkersFile State(const std::string& boot_id) const;
 
   std::vector<Action> TakeActions() { return std::exchange(actions_, {}); }
+  // An order named players by what changed since one that is not here: a new stream begins with a whole one.
+  bool TakeNeedsWhole() { return std::exchange(needs_whole_, false); }
   bool TakeDirty() { return std::exchange(dirty_, false); }
 
  private:
@@ -169,10 +171,13 @@ class Supervisor {
   struct Worker {
     WorkerRecord record;  // pid 0: not spawned yet
     v1::WorkerReport report;
-    std::optional<v1::WorkerOrder> order;  // as the control plane gave it
+    std::optional<v1::WorkerOrder> order;      // as the control plane gave it, with all its players
     std::optional<v1::WorkerOrder> old_order;  // to the agent before this one
-    std::string sent;                      // the last order, serialised
-    std::optional<TimePoint> deadline;     // to attach, or to end
+    std::string sent;                          // the last order, serialised, without players
+    bool takes_changes = false;                // its orders may name players by what changed
+    std::optional<v1::WorkerOrder> unsent;  // players since the last order that was sent; none: it knows none of them
+    std::optional<TimePoint> keep_at;       // the order is written to the disk again
+    std::optional<TimePoint> deadline;      // to attach, or to end
     Stopping stopping = Stopping::kNo;
     bool attached = false, ever_attached = false;
     int port_attempts = 0;
@@ -195,7 +200,10 @@ class Supervisor {
   std::string PathOf(const Content& content, const Worker& worker) const;
   bool SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order);
   std::string StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const;
-  void Keep(const WorkerKey& key, const Worker& worker);
+  bool TakeOrder(const WorkerKey& key, Worker& worker, const v1::WorkerOrder& order, TimePoint now);
+  static void ForgetSent(Worker& worker);
+  void AddPlayers(Worker& worker, v1::WorkerOrder& order);
+  void Keep(const WorkerKey& key, Worker& worker);
   void PushOrder(const WorkerKey& key, Worker& worker);
   void BeginStop(const WorkerKey& key, Worker& worker, TimePoint now);
   void Signal(const WorkerKey& key, const Worker& worker, int signal);
@@ -210,7 +218,7 @@ class Supervisor {
   std::map<Content, KeptContent> contents_;
   std::map<std::string, std::string> next_failures_;  // why a game that is to be next did not come, by hash
   std::uint64_t desired_revision_ = 0;
-  bool stopping_all_ = false, dirty_ = false;
+  bool stopping_all_ = false, dirty_ = false, needs_whole_ = false;
   RevokedLives revoked_;
   std::string state_folder_, module_folder_;
   std::vector<Action> actions_;

@@ -16,6 +16,7 @@
 #include "agent/limits.h"
 #include "agent/peer_listener.h"
 #include "agent/worker_budget.h"
+#include "core/world/player_changes.h"
 #include "tessera/v1/worker_link.grpc.pb.h"
 
 namespace tessera::agent {
@@ -30,8 +31,14 @@ class WorkerConnection final : public grpc::ServerBidiReactor<v1::WorkerMessage,
 
   void Begin() { StartRead(&incoming_); }
 
-  void Send(const v1::WorkerOrder& order) { Put(waiting_, order); }
-  void Send(const v1::LeaseRenewal& renewal) { Put(waiting_lease_, renewal); }
+  void Send(const v1::WorkerOrder& order) {
+    Put(waiting_, order, [](v1::WorkerOrder& overtaken, v1::WorkerOrder& next) {
+      if (Continues(overtaken, next)) CompletePlayers(std::move(overtaken), next);
+    });
+  }
+  void Send(const v1::LeaseRenewal& renewal) {
+    Put(waiting_lease_, renewal, [](v1::LeaseRenewal&, v1::LeaseRenewal&) {});
+  }
 
   void End(const absl::Status& status) {
     {
@@ -48,12 +55,14 @@ class WorkerConnection final : public grpc::ServerBidiReactor<v1::WorkerMessage,
   void OnDone() override;
 
  private:
-  template <class Message>
-  void Put(std::optional<Message>& place, const Message& message) {
+  // `keep` has the message say what is left out in it, and stands in the one that it overtakes.
+  template <class Message, class Keep>
+  void Put(std::optional<Message>& place, Message message, const Keep& keep) {
     {
       const std::lock_guard lock(mutex_);
       if (ending_) return;
-      place = message;
+      if (place) keep(*place, message);
+      place = std::move(message);
       if (writing_) return;
       writing_ = true;
     }

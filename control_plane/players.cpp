@@ -1,6 +1,7 @@
 #include "control_plane/players.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "absl/strings/str_cat.h"
 
@@ -22,11 +23,7 @@ std::size_t Players::size() const {
   return sum;
 }
 
-std::size_t Players::present() const {
-  std::size_t sum = 0;
-  ForEach([&](const records::StoredPlayer& known) { sum += known.player().left() ? 0 : 1; });
-  return sum;
-}
+std::size_t Players::present() const { return std::accumulate(present_.begin(), present_.end(), std::size_t{0}); }
 
 const records::StoredPlayer* Players::Find(std::uint32_t number) const {
   const auto& bucket = buckets_[number % kBuckets];
@@ -97,17 +94,28 @@ std::vector<std::uint32_t> Players::BucketsUnlike(const Players& other) const {
   return unlike;
 }
 
-bool Players::SameAs(const Players& other) const {
-  const auto same = [](const records::StoredPlayer& one, const records::StoredPlayer& two) {
-    return one.player().SerializeAsString() == two.player().SerializeAsString();
-  };
-  for (const std::uint32_t index : BucketsUnlike(other)) {
-    const records::PlayerBucket one = CopyOf(index), two = other.CopyOf(index);
-    if (!std::equal(one.players().begin(), one.players().end(), two.players().begin(), two.players().end(), same)) {
-      return false;
+Players::Changes Players::ChangesSince(const Players& before) const {
+  static const records::PlayerBucket kNobody;
+  Changes changes;
+  for (const std::uint32_t index : BucketsUnlike(before)) {
+    const auto& now = (buckets_[index] == nullptr ? kNobody : *buckets_[index]).players();
+    const auto& then = (before.buckets_[index] == nullptr ? kNobody : *before.buckets_[index]).players();
+    auto old = then.begin();
+    for (const records::StoredPlayer& known : now) {
+      const std::uint32_t number = known.player().number();
+      for (; old != then.end() && old->player().number() < number; ++old)
+        changes.forgotten.push_back(old->player().number());
+      const bool there = old != then.end() && old->player().number() == number;
+      if (!there || old->player().SerializeAsString() != known.player().SerializeAsString()) {
+        changes.players.push_back(&known);
+      }
+      if (there) ++old;
     }
+    for (; old != then.end(); ++old) changes.forgotten.push_back(old->player().number());
   }
-  return true;
+  std::ranges::sort(changes.players, {}, [](const records::StoredPlayer* known) { return known->player().number(); });
+  std::ranges::sort(changes.forgotten);
+  return changes;
 }
 
 records::PlayerBucket Players::CopyOf(std::uint32_t index) const {
@@ -115,6 +123,8 @@ records::PlayerBucket Players::CopyOf(std::uint32_t index) const {
 }
 
 void Players::Keep(std::uint32_t index, records::PlayerBucket bucket) {
+  present_[index] = static_cast<std::uint32_t>(std::ranges::count_if(
+      bucket.players(), [](const records::StoredPlayer& known) { return !known.player().left(); }));
   buckets_[index] =
       bucket.players().empty() ? nullptr : std::make_shared<const records::PlayerBucket>(std::move(bucket));
 }

@@ -61,14 +61,21 @@ class Players {
   // Those of which the two do not share what is in them.
   std::vector<std::uint32_t> BucketsUnlike(const Players& other) const;
 
-  // Equal, but for who was seen.
-  bool SameAs(const Players& other) const;
+  // What orders say of players differs so from `before`: those that are new or differ but for who was seen, and the
+  // numbers of those that are no more, both ascending. The players live until this value changes.
+  struct Changes {
+    std::vector<const records::StoredPlayer*> players;
+    std::vector<std::uint32_t> forgotten;
+    bool empty() const { return players.empty() && forgotten.empty(); }
+  };
+  Changes ChangesSince(const Players& before) const;
 
  private:
   records::PlayerBucket CopyOf(std::uint32_t index) const;
   void Keep(std::uint32_t index, records::PlayerBucket bucket);
 
   std::array<std::shared_ptr<const records::PlayerBucket>, kBuckets> buckets_;  // null: empty
+  std::array<std::uint32_t, kBuckets> present_{};                               // those of each that have not left
 };
 
 }  // namespace tessera::control

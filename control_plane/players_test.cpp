@@ -67,11 +67,27 @@ TEST(PlayersTest, TheSameButForWhoWasSeen) {
   players.Put(Player(1));
   Players other = players;
   other.Change(1, [](records::StoredPlayer& known) { known.set_unseen(true); });
-  EXPECT_TRUE(players.SameAs(other));
+  EXPECT_TRUE(players.ChangesSince(other).empty());
   other.Change(1, [](records::StoredPlayer& known) { known.mutable_player()->set_generation(2); });
-  EXPECT_FALSE(players.SameAs(other));
-  EXPECT_FALSE(players.SameAs(Players()));
-  EXPECT_FALSE(Players().SameAs(players));
+  EXPECT_FALSE(players.ChangesSince(other).empty());
+  EXPECT_FALSE(players.ChangesSince(Players()).empty());
+  EXPECT_FALSE(Players().ChangesSince(players).empty());
+}
+
+TEST(PlayersTest, ChangesNameThoseAloneWhoDifferAscending) {
+  Players players;
+  for (std::uint32_t number = 1; number <= 500; ++number) players.Put(Player(number));
+  const Players before = players;
+  for (const std::uint32_t number : {501U, 3U, 130U}) players.Put(Player(number, "ada"));
+  for (const std::uint32_t number : {400U, 2U}) players.Erase(number);
+  const Players::Changes changes = players.ChangesSince(before);
+  std::vector<std::uint32_t> numbers;
+  for (const records::StoredPlayer* known : changes.players) numbers.push_back(known->player().number());
+  EXPECT_THAT(numbers, ElementsAre(3, 130, 501));
+  EXPECT_THAT(changes.forgotten, ElementsAre(2, 400));
+  EXPECT_EQ(players.present(), 499U);
+  players.Change(3, [](records::StoredPlayer& known) { known.mutable_player()->set_left(true); });
+  EXPECT_EQ(players.present(), 498U);
 }
 
 TEST(PlayersTest, ABucketHasItsOwnAscending) {

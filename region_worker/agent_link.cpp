@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/player_changes.h"
 #include "region_worker/wake_event.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
@@ -121,7 +122,10 @@ void AgentLink::Impl::ReadOrders(Stream& stream) {
     if (!std::exchange(attached, true)) {
       spdlog::info("attached to agent socket={}", telemetry::LogValue(socket_path));
     }
-    if (message.has_order()) order = std::move(*message.mutable_order());
+    if (message.has_order()) {
+      if (order && Continues(*order, message.order())) CompletePlayers(*std::move(order), *message.mutable_order());
+      order = std::move(*message.mutable_order());
+    }
     if (message.has_lease()) lease = std::move(*message.mutable_lease());
     wake.Set();
   }
@@ -175,6 +179,12 @@ void AgentLink::Report(const v1::WorkerReport& report) {
   impl_->newest = report;
   impl_->has_report = impl_->unsent = true;
   impl_->changed.notify_all();
+}
+
+void AgentLink::Reattach() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->order.reset();
+  if (impl_->context != nullptr) impl_->context->TryCancel();
 }
 
 std::optional<v1::LeaseRenewal> AgentLink::TakeLease() {

@@ -34,7 +34,10 @@ class AgentLink {
   AgentLink& operator=(const AgentLink&) = delete;
 
   int wake_fd() const;  // readable when there is an order or a refusal; TakeOrder makes it quiet again
+  // It names the players that changed since the order taken before it, or, where that was on another stream, all.
   std::optional<v1::WorkerOrder> TakeOrder();
+  // Ends the stream that stands; the next one begins with a whole order.
+  void Reattach();
   std::optional<v1::LeaseRenewal> TakeLease();
   void Report(const v1::WorkerReport& report);
   // The inventory for a failover; sent again at each attachment until it is cleared by an empty one.

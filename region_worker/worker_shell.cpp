@@ -291,6 +291,10 @@ void WorkerShell::Do(const AskForLease& action) {
   if (agent_ != nullptr) agent_->AskLease(action.request);
 }
 
+void WorkerShell::Do(const AskWholeOrder&) {
+  if (agent_ != nullptr) agent_->Reattach();
+}
+
 // Only once it steps: while it loads the scene it yields to those that step.
 void WorkerShell::Do(const RaisePriority&) {
   const absl::Status first = GoFirst();

@@ -70,6 +70,7 @@ class WorkerShell {
   void Do(const SendInventory& action);
   void Do(const AskForLease& action);
   void Do(const RaisePriority& action);
+  void Do(const AskWholeOrder& action);
   void Do(const Log& action);
   void Do(const PrintFailure& action);
 

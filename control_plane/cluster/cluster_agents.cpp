@@ -22,6 +22,7 @@ absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& he
   if (!admission.ok()) return admission;
   HostEntry& host = *state_->HostOf(admission->stream);
   host.kept_revocations = hello.revocations_number();
+  host.takes_player_changes = hello.takes_player_changes();
   admission->admitted.set_revocations_key(revocations_.public_key());
   admission->admitted.set_report_revocations(revocations_.Lacks(hello.revocations_number()));
   if (hello.newest_life() <= kMostLives) state_->NoteRevision((hello.newest_life() << kLifeShift) | 1);

@@ -59,6 +59,7 @@ struct WorkerEntry {
   // Written by DesiredSets.
   v1::WorkerOrder order;       // as last given out, without the players
   Players players;             // that went with it
+  StreamId given_on = 0;       // the agent's stream that they went out on; 0: none yet
   std::uint64_t ended_in = 0;  // revision of the first desired set that asks it to end; 0: none does
 
   // Written by Failovers.
@@ -95,6 +96,7 @@ struct HostEntry {
   std::optional<double> clock_ahead_s;  // the host's wall clock against ours, with the heartbeat's way; none: unknown
 
   // Written by Cluster.
+  bool takes_player_changes = false;      // its agent's orders may name players by what changed
   std::uint64_t kept_revocations = 0;     // number of the list that its agent says that it keeps
   std::uint64_t leases_withheld_for = 0;  // number of the list for want of which a lease was not renewed; logged once
 

@@ -36,14 +36,22 @@ std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
     v1::WorkerOrder order = MakeOrder(instance, index, requests_of_(instance));
     order.set_revision(worker.order.revision());
     const Players& players = PlayersOf(instance);
-    if (worker.order.revision() == 0 || !players.SameAs(worker.players) ||
-        order.SerializeAsString() != worker.order.SerializeAsString()) {
+    const Players::Changes changes = players.ChangesSince(worker.players);
+    const std::uint64_t before = worker.order.revision();
+    if (before == 0 || !changes.empty() || order.SerializeAsString() != worker.order.SerializeAsString()) {
       order.set_revision(state_.NextRevision());
-      worker.order = std::move(order);
-      worker.players = players;
     }
-    *desired.add_workers() = worker.order;
-    AddPlayers(worker.players, *desired.mutable_workers()->rbegin());
+    v1::WorkerOrder& given = *desired.add_workers();
+    given = order;
+    // What went out on this stream comes, or the stream ends.
+    if (host->takes_player_changes && before != 0 && worker.given_on == stream) {
+      AddPlayerChanges(changes, before, given);
+    } else {
+      AddPlayers(players, given);
+    }
+    worker.order = std::move(order);
+    worker.players = players;
+    worker.given_on = stream;
   }
   // Whatever is not in the set is ended.
   for (const v1::WorkerOrder& unknown : host->record.unknown_workers()) *desired.add_workers() = unknown;

@@ -1,5 +1,8 @@
 // DesiredSets: what each agent is to run: the orders of all workers that are placed on its host, as one set.
 //
+// The first set on a stream is whole. In later ones an order's players are those that changed since the order before,
+// for agents that take it so: a join into a world of ten thousand players names one.
+//
 // A set is made when the agent's stream is free for it, so changes between two sets collapse. A set that follows from a
 // stored record is made only after the write.
 //

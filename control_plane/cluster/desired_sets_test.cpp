@@ -45,6 +45,46 @@ TEST_F(DesiredSetsTest, HoldsAllOrdersAndGivesANewRevisionOnlyToThoseThatChanged
   EXPECT_GT(third->workers(0).revision(), second->workers(0).revision());
 }
 
+TEST_F(DesiredSetsTest, AJoinNamesOnePlayerToAnAgentThatTakesChanges) {
+  const auto join = [&](std::uint32_t number) {
+    records::StoredPlayer known;
+    known.mutable_player()->set_number(number);
+    Players players = instance_.players;
+    players.Put(known);
+    ASSERT_TRUE(rig_.state->StoreWithPlayers(instance_, instance_.record, players).ok());
+    rig_.state->MarkOrders(instance_);
+  };
+  for (std::uint32_t number = 1; number <= 1000; ++number) join(number);
+  alpha_.takes_player_changes = true;
+  const auto first = Take();
+  EXPECT_EQ(first->workers(0).players_size(), 1000) << "the first on a stream is whole";
+  EXPECT_EQ(first->workers(0).players_since(), 0U);
+  join(1001);
+  const auto second = Take();
+  for (const int index : {0, 1}) {
+    ASSERT_EQ(second->workers(index).players_size(), 1);
+    EXPECT_EQ(second->workers(index).players(0).number(), 1001U);
+    EXPECT_EQ(second->workers(index).players_since(), first->workers(index).revision());
+    EXPECT_GT(second->workers(index).revision(), first->workers(index).revision());
+  }
+  EXPECT_LT(second->ByteSizeLong(), first->ByteSizeLong() / 4) << "it costs what one costs";
+  Players players = instance_.players;
+  players.Erase(7);
+  ASSERT_TRUE(rig_.state->StoreWithPlayers(instance_, instance_.record, players).ok());
+  rig_.state->MarkOrders(instance_);
+  const auto third = Take();
+  EXPECT_EQ(third->workers(0).players_size(), 0);
+  ASSERT_EQ(third->workers(0).players_forgotten_size(), 1);
+  EXPECT_EQ(third->workers(0).players_forgotten(0), 7U);
+  // On another stream, and to an agent of an earlier release, all of them.
+  stream_ = rig_.state->OpenStream(alpha_, absl::OkStatus());
+  rig_.state->MarkOrders(instance_);
+  EXPECT_EQ(Take()->workers(0).players_size(), 1000);
+  alpha_.takes_player_changes = false;
+  join(1002);
+  EXPECT_EQ(Take()->workers(0).players_size(), 1001);
+}
+
 TEST_F(DesiredSetsTest, IsHeldBackWhileAWorkerIsMissingThatRanBefore) {
   instance_.workers[0].missed = 1;
   rig_.state->MarkOrders(instance_);

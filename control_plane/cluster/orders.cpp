@@ -50,6 +50,19 @@ void SetInitialState(const records::Instance& record, const records::Placement& 
   }
 }
 
+void AddPlayer(const v1::Player& player, v1::WorkerOrder& order) {
+  v1::Player& named = *order.add_players();
+  named.set_number(player.number());
+  named.set_generation(player.generation());
+  named.set_spawn_region(player.spawn_region());
+  named.set_left(player.left());
+  named.set_parked(player.parked());
+  named.set_ended_because(player.ended_because());
+  if (player.spawn_region() != order.region()) return;
+  named.set_name(player.name());
+  *named.mutable_properties() = player.properties();
+}
+
 }  // namespace
 
 v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, const Requests& requests) {
@@ -105,19 +118,13 @@ const Players& PlayersOf(const InstanceEntry& instance) {
 
 void AddPlayers(const Players& players, v1::WorkerOrder& order) {
   order.mutable_players()->Reserve(static_cast<int>(players.size()));
-  for (const records::StoredPlayer* known : players.All()) {
-    const v1::Player& player = known->player();
-    v1::Player& named = *order.add_players();
-    named.set_number(player.number());
-    named.set_generation(player.generation());
-    named.set_spawn_region(player.spawn_region());
-    named.set_left(player.left());
-    named.set_parked(player.parked());
-    named.set_ended_because(player.ended_because());
-    if (player.spawn_region() != order.region()) continue;
-    named.set_name(player.name());
-    *named.mutable_properties() = player.properties();
-  }
+  for (const records::StoredPlayer* known : players.All()) AddPlayer(known->player(), order);
+}
+
+void AddPlayerChanges(const Players::Changes& changes, std::uint64_t since, v1::WorkerOrder& order) {
+  order.set_players_since(since);
+  for (const records::StoredPlayer* known : changes.players) AddPlayer(known->player(), order);
+  *order.mutable_players_forgotten() = {changes.forgotten.begin(), changes.forgotten.end()};
 }
 
 }  // namespace tessera::control

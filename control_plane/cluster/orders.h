@@ -24,5 +24,7 @@ const Players& PlayersOf(const InstanceEntry& instance);
 // Names them in the order of a region, ascending. Only the one that makes a player's body learns its name and
 // properties, and none who it is: a world of ten thousand players has as many in each order.
 void AddPlayers(const Players& players, v1::WorkerOrder& order);
+// Names those alone that changed since the order of this revision.
+void AddPlayerChanges(const Players::Changes& changes, std::uint64_t since, v1::WorkerOrder& order);
 
 }  // namespace tessera::control

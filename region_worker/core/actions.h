@@ -107,6 +107,8 @@ struct SendInventory {
 struct AskForLease {  // answered, perhaps, by TakeLease
   v1::LeaseRequest request;
 };
+// The line to the agent ends, and the next one begins with a whole order.
+struct AskWholeOrder {};
 
 // --- The process -----------------------------------------------------------------------------------------------------
 
@@ -122,10 +124,10 @@ struct PrintFailure {
   std::string reason;
 };
 
-using Action =
-    std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestModule, RequestMovement,
-                 RequestState, WriteCheckpoint, OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep,
-                 ExpelPlayer, ReplacePlayer, SendReport, SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
+using Action = std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestModule, RequestMovement,
+                            RequestState, WriteCheckpoint, OpenPorts, PublishMap, PublishStart, PublishClock,
+                            PublishStep, ExpelPlayer, ReplacePlayer, SendReport, SendInventory, AskForLease,
+                            RaisePriority, AskWholeOrder, Log, PrintFailure>;
 using Actions = std::vector<Action>;
 
 inline void LogInfo(Actions& actions, std::string line) { actions.emplace_back(Log{Severity::kInfo, std::move(line)}); }

@@ -82,6 +82,17 @@ absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
   return absl::OkStatus();
 }
 
+absl::Status ReadPlayerChanges(const v1::WorkerOrder& message, Order& order) {
+  order.players_since = message.players_since();
+  for (const std::uint32_t number : message.players_forgotten()) {
+    if (!order.players_forgotten.empty() && number <= order.players_forgotten.back().value()) {
+      return absl::InvalidArgumentError(absl::StrCat("players_forgotten: ", number, " does not ascend"));
+    }
+    order.players_forgotten.emplace_back(number);
+  }
+  return absl::OkStatus();
+}
+
 absl::Status InField(const char* field, const absl::Status& status) {
   return absl::InvalidArgumentError(absl::StrCat(field, ": ", status.message()));
 }
@@ -215,6 +226,25 @@ bool IsOperation(const std::string& text) {
 
 }  // namespace
 
+void CompletePlayers(std::vector<OrderedPlayer> before, Order& order) {
+  for (OrderedPlayer& player : order.players) {
+    const auto place = std::ranges::lower_bound(before, player.number, {}, &OrderedPlayer::number);
+    if (place != before.end() && place->number == player.number) {
+      *place = std::move(player);
+    } else {
+      before.insert(place, std::move(player));
+    }
+  }
+  if (!order.players_forgotten.empty()) {
+    std::erase_if(before, [&](const OrderedPlayer& player) {
+      return std::ranges::binary_search(order.players_forgotten, player.number);
+    });
+  }
+  order.players = std::move(before);
+  order.players_forgotten.clear();
+  order.players_since = 0;
+}
+
 const OrderedPlayer* FindPlayer(std::span<const OrderedPlayer> players, PlayerNumber number) {
   const auto place = std::ranges::lower_bound(players, number, {}, &OrderedPlayer::number);
   return place == players.end() || place->number != number ? nullptr : &*place;
@@ -274,6 +304,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   if (absl::Status status = ReadPeers(message, order); !status.ok()) return status;
   if (absl::Status status = ReadRevoked(message, order); !status.ok()) return status;
   if (absl::Status status = ReadPlayers(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadPlayerChanges(message, order); !status.ok()) return status;
   if (absl::Status status = ReadRecord(message, order); !status.ok()) return status;
   if (absl::Status status = ReadBackend(message, order.backend); !status.ok()) return status;
   return order;

@@ -89,6 +89,9 @@ struct Order {
   std::vector<PeerAddress> peers;
   std::vector<DeadRegion> revoked;     // lives that evicted hosts ran: no link to them is let in
   std::vector<OrderedPlayer> players;  // ascending by number
+  // Not 0: those alone that are new or differ from those of the order of this revision, and who is named no more.
+  std::uint64_t players_since = 0;
+  std::vector<PlayerNumber> players_forgotten;  // ascending
   bool run = false, stop = false;
   bool goes_on = false;  // with `stop`: the instance need not end
   std::uint32_t snapshot_rate_hz = 30;
@@ -107,6 +110,9 @@ struct Order {
 
 // The one with this number among players that ascend; null: there is none.
 const OrderedPlayer* FindPlayer(std::span<const OrderedPlayer> players, PlayerNumber number);
+
+// Names the players of `order` all, which are changes of those in `before`, the order of the revision that it says.
+void CompletePlayers(std::vector<OrderedPlayer> before, Order& order);
 
 // `borders`: the settings that the message leaves open. Errors: FAILED_PRECONDITION if it is not meant for `self`,
 // INVALID_ARGUMENT naming the field.

@@ -119,6 +119,7 @@ v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::Region
   *report.mutable_identity() = identity;
   *report.mutable_address() = address;
   report.set_public_key(key.data(), key.size());
+  report.set_takes_player_changes(true);
   report.set_phase(state.phase);
   report.set_order_revision(state.order_revision);
   report.set_failure(state.failure);

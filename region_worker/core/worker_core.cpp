@@ -33,6 +33,16 @@ void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
   const bool fuller =
       order->revision == order_.revision && (order->next_game != order_.next_game || order->revoked != order_.revoked);
   if (order->revision <= order_.revision && !fuller) return;
+  if (order->players_since != 0) {
+    if (order->players_since != order_.revision) {
+      LogError(actions_,
+               absl::StrCat("order refused from=agent revision=", order->revision, ": its players are changes since ",
+                            order->players_since, ", and the last is ", order_.revision, "; asks for a whole one"));
+      actions_.emplace_back(AskWholeOrder{});
+      return;
+    }
+    CompletePlayers(std::move(order_.players), *order);
+  }
   order_ = *std::move(order);
   LogInfo(actions_,
           absl::StrCat("order from=agent revision=", order_.revision, " peers=", order_.peers.size(),

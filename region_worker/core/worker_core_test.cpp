@@ -343,6 +343,27 @@ TEST_F(WorkerCoreTest, LetsInThePlayersThatItsOrderNames) {
   EXPECT_EQ(core.Admit(PlayerNumber(2), first), Admission::kLeft);
 }
 
+TEST_F(WorkerCoreTest, AnOrderMayNameThePlayersThatChanged) {
+  const net::Generation first(1);
+  for (const std::uint32_t number : {1U, 2U, 3U}) order.add_players()->set_number(number);
+  TakeOrder();
+  const std::uint64_t whole = order.revision();
+  order.clear_players();
+  order.add_players()->set_number(2);
+  order.mutable_players(0)->set_left(true);
+  order.add_players()->set_number(4);
+  order.set_players_since(whole);
+  order.add_players_forgotten(3);
+  EXPECT_THAT(AllOf<AskWholeOrder>(TakeOrder()), IsEmpty());
+  EXPECT_EQ(core.Admit(PlayerNumber(1), first), Admission::kWelcome);
+  EXPECT_EQ(core.Admit(PlayerNumber(2), first), Admission::kLeft);
+  EXPECT_EQ(core.Admit(PlayerNumber(3), first), Admission::kNotYet);
+  EXPECT_EQ(core.Admit(PlayerNumber(4), first), Admission::kWelcome);
+  // Of another order than the one before.
+  EXPECT_THAT(AllOf<AskWholeOrder>(TakeOrder()), SizeIs(1));
+  EXPECT_EQ(core.Admit(PlayerNumber(4), first), Admission::kWelcome) << "and it changes nothing";
+}
+
 TEST_F(WorkerCoreTest, OfTwoProcessesOfAPlayerTheNewerOneComesIn) {
   order.add_players()->set_number(1);
   order.mutable_players(0)->set_generation(3);
