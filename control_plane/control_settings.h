@@ -232,6 +232,13 @@ inline constexpr std::size_t kMaxRevokedTokens = 2'000, kMaxRevokedIssuers = 500
 // How long a player may take at least from its join to its first connection; a longer grace of the instance holds.
 // Shorter, and who loads a large scene over a slow line is gone before it comes.
 inline constexpr std::chrono::milliseconds kFirstConnectionGrace{60'000};
+// So many numbers of players are reserved in the record of a world by one write, and lost to its next life where they
+// were not given. More, and a number is lost for nothing; fewer, and the whole record is written more often.
+inline constexpr std::uint32_t kNumbersAtOnce = 64;
+
+// How often all players of a world are looked at for who vanished, where nobody else connected or left. Longer, and a
+// grace is longer by as much; shorter, and each of many joins looks at ten thousand.
+inline constexpr std::chrono::milliseconds kVanishedInterval{50};
 
 // Files of meshes that one scene may refer to, and that one request may ask for: `tessera scene import` makes one.
 inline constexpr std::size_t kMaxVisualFiles = 256;

@@ -47,12 +47,12 @@ absl::StatusOr<std::optional<trust::Ticket>> Cluster::TakeTicket(Now now, const 
   return std::optional(*std::move(ticket));
 }
 
-absl::StatusOr<Joined> Cluster::Join(Now, const v1::JoinInstanceRequest& request,
+absl::StatusOr<Joined> Cluster::Join(Now now, const v1::JoinInstanceRequest& request,
                                      const std::optional<trust::Ticket>& ticket) {
-  if (!ticket) return players_.Join(request);
+  if (!ticket) return players_.Join(request, nullptr, now);
   // It may have been banned while it waited.
   if (absl::Status status = bans_.Check(request.instance_id(), ticket->player_id); !status.ok()) return status;
-  return players_.Join(request, &*ticket);
+  return players_.Join(request, &*ticket, now);
 }
 
 absl::Status Cluster::Leave(Now now, const v1::LeaveInstanceRequest& request) { return players_.Leave(request, now); }

@@ -78,6 +78,7 @@ void ClusterState::Adopt(const StoredRecord<records::Instance>& stored) {
   instance.number = stored.number;
   instance.record = stored.record;
   instance.revision = stored.revision;
+  instance.last_player = stored.record.last_player();
   FollowSeed(instance);
   FollowPlacements(instance);
   if (!stored.record.request_id().empty()) request_ids_[stored.record.request_id()] = stored.number;
@@ -293,6 +294,7 @@ void ClusterState::ForgetStream(HostEntry& host) {
 void ClusterState::SetGone(InstanceEntry& instance, WorkerEntry& worker, std::string ending) {
   if (worker.gone) return;
   worker.gone = true;
+  ++instance.connections;
   worker.ending = std::move(ending);
   const auto index = static_cast<std::size_t>(&worker - instance.workers.data());
   if (HostEntry* host = HostAt(*this, instance, index)) {

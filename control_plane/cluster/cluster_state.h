@@ -110,9 +110,11 @@ struct InstanceEntry {
   Revision revision = kAbsent;
   Players players;
   std::array<Revision, Players::kBuckets> player_revisions{};
+  std::uint32_t last_player = 0;     // the highest number that was given; the record has one that is not below it
   PartitionMap map;                  // as in the record
   net::SigningKey key;               // made from the record's seed
   std::vector<WorkerEntry> workers;  // as record.placements
+  std::uint64_t connections = 0;     // grows when others are connected to its workers
 
   // Written by WorkerReports; the newest tick that any worker reported since the world last began, also of workers that
   // are gone.
@@ -234,6 +236,8 @@ class ClusterState {
   // The same, with its players in the same write.
   absl::Status StoreWithPlayers(InstanceEntry& instance, const records::Instance& next, const Players& players,
                                 const Contents& contents = {});
+  // The players alone. It costs the buckets that changed, however large the record is.
+  absl::Status StorePlayers(InstanceEntry& instance, const Players& players);
   absl::Status RemoveInstance(const InstanceEntry& instance);
   // An instance that had ended needs its scene and game again. `contents` has all that it uses.
   absl::Status ReuseContents(const records::Instance& record, const Contents& contents);
@@ -319,6 +323,8 @@ class ClusterState {
   std::vector<StoreOp> PutMissing(const records::Instance& record, const Contents& contents) const;
   // It has left the store: so do its pieces, later.
   void ForgetContent(std::map<std::string, ContentUse>::iterator use);
+  static std::vector<StoreOp> PlayerOps(const InstanceEntry& instance, const Players& players);
+  static void FollowPlayers(InstanceEntry& instance, const Players& players, Revision written);
   void FollowPlacements(InstanceEntry& instance);
   static void FollowSeed(InstanceEntry& instance);
 

@@ -66,10 +66,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
       NameOperation(instance.record, next, absl::StrCat(counters_.record.lives(), "-", operations_ + 1));
   if (named.begins) ++operations_;
   std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), named.record.SerializeAsString(), instance.revision)};
-  const std::vector<std::uint32_t> buckets = players.BucketsUnlike(instance.players);
-  for (const std::uint32_t index : buckets) {
-    ops.push_back(BucketOp(instance.number, index, players.bucket(index), instance.player_revisions[index]));
-  }
+  const std::vector<StoreOp> buckets = PlayerOps(instance, players);
+  ops.insert(ops.end(), buckets.begin(), buckets.end());
   // An instance that had ended uses none; ReuseContents counts what it needs again.
   const bool used = !IsFinal(instance.record.state()), uses = !IsFinal(next.state());
   const bool keep = !set_aside_.empty();  // one that is set aside may use them
@@ -94,10 +92,8 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
     const auto use = contents_.find(key);
     if (use != contents_.end() && --use->second.instances == 0 && !keep) ForgetContent(use);
   }
-  for (const std::uint32_t index : buckets) {
-    instance.player_revisions[index] = players.bucket(index) == nullptr ? kAbsent : *written;
-  }
-  if (!buckets.empty()) instance.players = players;
+  FollowPlayers(instance, players, *written);
+  if (instance.record.last_player() != next.last_player()) instance.last_player = next.last_player();
   const bool placed_anew = !SamePlaces(instance.record, next);
   const bool new_seed = instance.record.signing_seed() != next.signing_seed();
   instance.record = std::move(named.record);
@@ -107,6 +103,32 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   if (new_seed) FollowSeed(instance);
   if (placed_anew) FollowPlacements(instance);
   return absl::OkStatus();
+}
+
+absl::Status ClusterState::StorePlayers(InstanceEntry& instance, const Players& players) {
+  if (instance.told) return StoreWithPlayers(instance, instance.record, players);  // which it is over with
+  const std::vector<StoreOp> ops = PlayerOps(instance, players);
+  if (ops.empty()) return absl::OkStatus();
+  const auto written = WriteStored(ops);
+  if (!written.ok()) return written.status();
+  FollowPlayers(instance, players, *written);
+  return absl::OkStatus();
+}
+
+std::vector<StoreOp> ClusterState::PlayerOps(const InstanceEntry& instance, const Players& players) {
+  std::vector<StoreOp> ops;
+  for (const std::uint32_t index : players.BucketsUnlike(instance.players)) {
+    ops.push_back(BucketOp(instance.number, index, players.bucket(index), instance.player_revisions[index]));
+  }
+  return ops;
+}
+
+void ClusterState::FollowPlayers(InstanceEntry& instance, const Players& players, Revision written) {
+  const std::vector<std::uint32_t> buckets = players.BucketsUnlike(instance.players);
+  for (const std::uint32_t index : buckets) {
+    instance.player_revisions[index] = players.bucket(index) == nullptr ? kAbsent : written;
+  }
+  if (!buckets.empty()) instance.players = players;
 }
 
 absl::Status ClusterState::RemoveInstance(const InstanceEntry& instance) {
@@ -133,6 +155,7 @@ void ClusterState::FollowPlacements(InstanceEntry& instance) {
   for (WorkerEntry& worker : instance.workers) known.emplace(worker.incarnation, std::move(worker));
   instance.map = *FromProto(instance.record.map());  // checked when it was loaded or made
   instance.workers.clear();
+  ++instance.connections;
   for (const records::Placement& placement : instance.record.placements()) {
     WorkerEntry& worker = instance.workers.emplace_back();
     HostEntry* host = FindHost(placement.host_id());

@@ -177,7 +177,8 @@ int InstancePlayers::Waiting(const InstanceEntry& instance) const {
   return known == known_.end() ? 0 : known->second.waiting;
 }
 
-absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket) {
+absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket,
+                                             Now now) {
   // Whoever calls has to check it; without, the request would pass for a guest's.
   if (ticket == nullptr && !request.ticket().empty()) return absl::InternalError("ticket: was not checked");
   if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id(), request.viewer()); !can.ok()) {
@@ -190,29 +191,30 @@ absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& requ
   Joined joined;
   if (*returns == 0) joined.mark = state_.last_revision();  // any order made from here on names the player
   const std::string& name = ticket == nullptr ? request.player_name() : ticket->name;
-  const absl::StatusOr<v1::Player> player = *returns == 0 ? Add(instance, name, ticket) : Return(instance, *returns);
+  const absl::StatusOr<v1::Player> player =
+      *returns == 0 ? Add(instance, name, ticket, now) : Return(instance, *returns);
   if (!player.ok()) return player.status();
   joined.response = Admit(instance, PlayerNumber(player->number()), net::Generation(player->generation()));
   return joined;
 }
 
 absl::StatusOr<v1::Player> InstancePlayers::Add(InstanceEntry& instance, const std::string& name,
-                                                const trust::Ticket* ticket) {
+                                                const trust::Ticket* ticket, Now now) {
   if (absl::Status status = CheckRoom(instance); !status.ok()) return status;
-  records::Instance next = instance.record;
-  const std::uint32_t number = next.last_player() + 1;
-  next.set_last_player(number);
+  const std::uint32_t number = instance.last_player + 1;
   records::StoredPlayer joins;
   joins.set_unseen(true);
   v1::Player& player = *joins.mutable_player();
   player.set_number(number);
   player.set_name(name);
   player.set_generation(kFirstGeneration.value());
-  player.set_spawn_region(SpawnRegionOf(number, next, instance.map));
+  player.set_spawn_region(SpawnRegionOf(number, instance.record, instance.map));
   if (ticket != nullptr) SetTicket(*ticket, player);
   Players players = instance.players;
   players.Put(joins);
-  if (absl::Status status = Store(instance, next, players); !status.ok()) return status;
+  if (absl::Status status = StoreJoined(instance, number, players); !status.ok()) return status;
+  instance.last_player = number;
+  known_[instance.number].unseen[number] = now.steady;
   return player;
 }
 
@@ -222,12 +224,23 @@ absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, std:
   players.Change(number, [](records::StoredPlayer& known) {
     known.mutable_player()->set_generation(known.player().generation() + 1);
   });
-  if (absl::Status status = Store(instance, instance.record, players); !status.ok()) return status;
+  if (absl::Status status = Store(instance, players); !status.ok()) return status;
   return instance.players.Find(number)->player();
 }
 
-absl::Status InstancePlayers::Store(InstanceEntry& instance, const records::Instance& next, const Players& players) {
+// The record, which has all spawn points of a large world, is written for the first of many numbers.
+absl::Status InstancePlayers::StoreJoined(InstanceEntry& instance, std::uint32_t number, const Players& players) {
+  if (number <= instance.record.last_player()) return Store(instance, players);
+  records::Instance next = instance.record;
+  next.set_last_player(number + kNumbersAtOnce - 1);
   if (absl::Status status = state_.StoreWithPlayers(instance, next, players); !status.ok()) return status;
+  state_.MarkOrders(instance);
+  state_.MarkChanged(instance);
+  return absl::OkStatus();
+}
+
+absl::Status InstancePlayers::Store(InstanceEntry& instance, const Players& players) {
+  if (absl::Status status = state_.StorePlayers(instance, players); !status.ok()) return status;
   state_.MarkOrders(instance);
   state_.MarkChanged(instance);
   return absl::OkStatus();
@@ -244,7 +257,7 @@ absl::Status InstancePlayers::Leave(const v1::LeaveInstanceRequest& request, Now
   if (known == nullptr || known->player().left()) return absl::OkStatus();  // has left already
   Players players = instance->players;
   SetLeft(*number, "", players);
-  if (absl::Status status = Store(*instance, instance->record, players); !status.ok()) return status;
+  if (absl::Status status = Store(*instance, players); !status.ok()) return status;
   known_[instance->number].left[*number] = {state_.last_revision(), now.steady};
   return absl::OkStatus();
 }
@@ -257,7 +270,7 @@ absl::StatusOr<std::uint32_t> InstancePlayers::Kick(InstanceEntry& instance, std
   }
   Players players = instance.players;
   SetLeft(number, reason, players);
-  if (absl::Status status = Store(instance, instance.record, players); !status.ok()) return status;
+  if (absl::Status status = Store(instance, players); !status.ok()) return status;
   known_[instance.number].left[number] = {state_.last_revision(), now.steady};
   state_.Log(absl::StrCat("player kicked id=", instance.record.id(), " player=", number, " reason=", reason));
   return number;
@@ -275,7 +288,7 @@ void InstancePlayers::TakeEnded(InstanceEntry& instance, const v1::WorkerReport&
                             " reason=", reason));
   }
   if (players.BucketsUnlike(instance.players).empty()) return;
-  if (!state_.StoreWithPlayers(instance, instance.record, players).ok()) return;  // the next report says it again
+  if (!state_.StorePlayers(instance, players).ok()) return;  // the next report says it again
   for (const v1::EndedPlayer& ended : report.ended_players()) {
     known_[instance.number].left.try_emplace(ended.player(), Left{state_.last_revision(), now.steady});
   }
@@ -287,12 +300,17 @@ std::optional<Players> InstancePlayers::NextVanished(const InstanceEntry& instan
   const bool parks = instance.record.leaver_policy() == v1::LEAVER_POLICY_PARK;
   const bool removes = instance.record.leaver_policy() == v1::LEAVER_POLICY_REMOVE;
   const std::chrono::milliseconds grace(instance.record.leaver_grace_ms());
-  const std::vector<std::uint32_t> connected = Connected(instance);
   Known& known = known_[instance.number];
   if (!instance.awaits.empty()) {  // nobody can say who is connected to what is waited for
     known.unseen.clear();
+    known.looked_at.reset();
     return std::nullopt;
   }
+  const bool same = known.looked_at && known.connections == instance.connections;
+  if (same && now.steady - *known.looked_at < kVanishedInterval) return std::nullopt;
+  known.looked_at = now.steady;
+  known.connections = instance.connections;
+  const std::vector<std::uint32_t> connected = Connected(instance);
   Fates fates;
   Players next = instance.players;
   instance.players.ForEach([&](const records::StoredPlayer& stored) {
@@ -354,7 +372,7 @@ void InstancePlayers::Prune(InstanceEntry& instance, Now now) {
   if (forgotten.empty()) return;
   Players next = instance.players;
   for (const std::uint32_t number : forgotten) next.Erase(number);
-  if (!state_.StoreWithPlayers(instance, instance.record, next).ok()) return;
+  if (!state_.StorePlayers(instance, next).ok()) return;
   for (const std::uint32_t number : forgotten) known.left.erase(number);
   state_.MarkOrders(instance);
 }

@@ -52,7 +52,7 @@ class InstancePlayers {
 
   // A player with a credential of its own comes back as the one it was, of the next generation. A viewer is given a
   // number, and not kept. `ticket`: the one of the request, checked and used; null: it has none.
-  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket = nullptr);
+  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket, Now now);
   // Repeating it is fine.
   absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
 
@@ -64,7 +64,8 @@ class InstancePlayers {
 
   // The next players of a RUNNING instance of which some vanished or came back, by its policy; nothing if nobody did.
   // A player who never was connected has left after the grace whatever the policy. A grace counts from when the last
-  // connection was seen; in a new life of the control plane, from its beginning.
+  // connection was seen; in a new life of the control plane, from its beginning. All players are looked at when others
+  // are connected, and every kVanishedInterval: not for each that joins.
   std::optional<Players> NextVanished(const InstanceEntry& instance, Now now);
   // Time passes: forgets players who left, so that a world with much coming and going stays small.
   void Prune(InstanceEntry& instance, Now now);
@@ -79,14 +80,18 @@ class InstancePlayers {
     int waiting = 0;                         // joins that wait for the workers
     std::map<std::uint32_t, Steady> unseen;  // players without a connection, and since when
     std::map<std::uint32_t, Left> left;
+    std::optional<Steady> looked_at{};  // for who vanished; none: never, or nobody could say
+    std::uint64_t connections = 0;      // InstanceEntry::connections of then
   };
 
   using Fates = std::map<std::string, std::vector<std::uint32_t>>;  // by what became of them: players' numbers
 
-  absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name, const trust::Ticket* ticket);
+  absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name, const trust::Ticket* ticket,
+                                 Now now);
   absl::StatusOr<v1::Player> Return(InstanceEntry& instance, std::uint32_t number);
   void LogFates(const InstanceEntry& instance, const Fates& fates);
-  absl::Status Store(InstanceEntry& instance, const records::Instance& next, const Players& players);
+  absl::Status StoreJoined(InstanceEntry& instance, std::uint32_t number, const Players& players);
+  absl::Status Store(InstanceEntry& instance, const Players& players);
 
   ClusterState& state_;
   ControlSettings settings_;

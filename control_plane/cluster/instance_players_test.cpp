@@ -16,7 +16,7 @@ class PlayersTest : public ::testing::Test {
   v1::JoinInstanceResponse Join() {
     v1::JoinInstanceRequest request;
     request.set_instance_id(instance_.record.id());
-    const auto joined = players_.Join(request);
+    const auto joined = players_.Join(request, nullptr, rig_.now);
     EXPECT_TRUE(joined.ok()) << joined.status();
     return joined->response;
   }
@@ -37,6 +37,10 @@ class PlayersTest : public ::testing::Test {
     const auto next = players_.NextVanished(instance_, rig_.now);
     return next && rig_.state->StoreWithPlayers(instance_, instance_.record, *next).ok();
   }
+  void Connect(std::uint32_t number) {
+    instance_.workers[1].report.add_connected_players(number);
+    ++instance_.connections;
+  }
   const v1::Player& PlayerAt(std::uint32_t number) const { return instance_.players.Find(number)->player(); }
 
   StateRig rig_;
@@ -49,13 +53,28 @@ TEST_F(PlayersTest, AJoinIsStoredBeforeAnyOrderNamesThePlayer) {
   rig_.store.FailNext(1);
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_.record.id());
-  EXPECT_EQ(players_.Join(request).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(players_.Join(request, nullptr, rig_.now).status().code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(instance_.players.size(), 0U);
   EXPECT_FALSE(alpha_.desired_changed);
   EXPECT_EQ(Join().player(), 1U);
   EXPECT_EQ(Join().player(), 2U);
   EXPECT_TRUE(alpha_.desired_changed);
   EXPECT_EQ(instance_.players.size(), 2U);
+}
+
+TEST_F(PlayersTest, AJoinWritesABucketAndTheRecordOnceInManyNumbers) {
+  EXPECT_EQ(Join().player(), 1U);
+  const Revision record = instance_.revision;
+  for (std::uint32_t number = 2; number <= kNumbersAtOnce; ++number) EXPECT_EQ(Join().player(), number);
+  EXPECT_EQ(instance_.revision, record);
+  EXPECT_EQ(Join().player(), kNumbersAtOnce + 1);
+  EXPECT_GT(instance_.revision, record);
+  // A life of the control plane that knows the store alone gives none of them again.
+  const auto next_life = ClusterState::Load(rig_.store);
+  ASSERT_TRUE(next_life.ok());
+  const InstanceEntry* known = (*next_life)->FindInstance(instance_.record.id());
+  EXPECT_EQ(known->players.size(), kNumbersAtOnce + 1);
+  EXPECT_GT(known->last_player, kNumbersAtOnce);
 }
 
 TEST_F(PlayersTest, ABadNameIsRefusedByItsField) {
@@ -93,7 +112,7 @@ TEST_F(PlayersTest, WhoIsSentAwayByTheGameHasLeftAndReadsWhy) {
   back.set_instance_id(instance_.record.id());
   back.set_credential(joined.credential());
   back.set_credential_key(joined.credential_key());
-  EXPECT_EQ(players_.Join(back).status(), absl::AbortedError("you were idle"));
+  EXPECT_EQ(players_.Join(back, nullptr, rig_.now).status(), absl::AbortedError("you were idle"));
 }
 
 TEST_F(PlayersTest, WhoHasLeftIsKeptUntilAllWorkersKnowAndThenForgotten) {
@@ -118,14 +137,35 @@ TEST_F(PlayersTest, WhoVanishesIsParkedAfterTheGraceAndBackWithAConnection) {
   ASSERT_TRUE(TakeVanished());
   EXPECT_TRUE(PlayerAt(1).parked());
   EXPECT_FALSE(TakeVanished());
-  instance_.workers[1].report.add_connected_players(1);
+  Connect(1);
   ASSERT_TRUE(TakeVanished());
   EXPECT_FALSE(PlayerAt(1).parked());
+}
+
+TEST_F(PlayersTest, AllPlayersAreLookedAtOnceAnIntervalHoweverManyJoin) {
+  SetPolicy(v1::LEAVER_POLICY_PARK);
+  Join();
+  rig_.Pass(seconds(10) - milliseconds(1));
+  EXPECT_FALSE(TakeVanished());
+  rig_.Pass(milliseconds(1));
+  Join();
+  EXPECT_FALSE(TakeVanished()) << "it was just looked";
+  rig_.Pass(kVanishedInterval);
+  ASSERT_TRUE(TakeVanished());
+  EXPECT_TRUE(PlayerAt(1).parked());
+  EXPECT_FALSE(PlayerAt(2).parked());
+  rig_.Pass(seconds(10) - kVanishedInterval);
+  ASSERT_TRUE(TakeVanished()) << "its time began when it joined";
+  EXPECT_TRUE(PlayerAt(2).parked());
 }
 
 TEST_F(PlayersTest, WhoVanishesIsRemovedOrStaysByTheInstancesPolicy) {
   SetPolicy(v1::LEAVER_POLICY_STAY);
   Join();
+  Connect(1);
+  ASSERT_TRUE(TakeVanished()) << "it has come";
+  instance_.workers[1].report.clear_connected_players();
+  ++instance_.connections;
   rig_.Pass(seconds(100));
   EXPECT_FALSE(TakeVanished());
   SetPolicy(v1::LEAVER_POLICY_REMOVE);
@@ -165,7 +205,7 @@ TEST_F(PlayersTest, AViewerIsNeitherStoredNorCountedNorOrdered) {
   request.set_viewer(true);
   EXPECT_TRUE(players_.BeginWait(request).ok());
   EXPECT_EQ(players_.Waiting(instance_), 0) << "a lazy world does not start for it";
-  const auto first = players_.Join(request), second = players_.Join(request);
+  const auto first = players_.Join(request, nullptr, rig_.now), second = players_.Join(request, nullptr, rig_.now);
   ASSERT_TRUE(first.ok() && second.ok()) << first.status() << second.status();
   EXPECT_GE(first->response.player(), std::uint32_t{1} << 31);
   EXPECT_NE(first->response.player(), second->response.player());
@@ -184,9 +224,9 @@ TEST_F(PlayersTest, AWorldWithoutPlayersCanBeWatched) {
   ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_.record.id());
-  EXPECT_EQ(players_.Join(request).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(players_.Join(request, nullptr, rig_.now).status().code(), absl::StatusCode::kFailedPrecondition);
   request.set_viewer(true);
-  EXPECT_TRUE(players_.Join(request).ok());
+  EXPECT_TRUE(players_.Join(request, nullptr, rig_.now).ok());
 }
 
 TEST_F(PlayersTest, WaitingJoinsAreCountedByInstance) {

@@ -52,12 +52,15 @@ void Instances::Adopt(InstanceEntry& instance, Now now) const {
 
 LifeFacts Instances::Facts(const InstanceEntry& instance, int waiting, Now now) const {
   const bool pending = instance.record.state() == v1::INSTANCE_STATE_PENDING;
-  const int there = pending ? waiting + static_cast<int>(instance.players.present()) : ConnectedEverywhere(instance);
+  const auto there = [&] {
+    return pending ? waiting + static_cast<int>(instance.players.present()) : ConnectedEverywhere(instance);
+  };
   LifeFacts facts;
   facts.workers = FactsOfWorkers(state_, instance);
-  // A world that has run before and begins again waits for nobody: its players come back to it.
-  facts.players_ready =
-      instance.record.has_start_time() || there >= static_cast<int>(instance.record.expected_players());
+  // A world that has run before and begins again waits for nobody: its players come back to it. Asked for each who
+  // joins, so they are counted only where somebody is waited for.
+  facts.players_ready = instance.record.has_start_time() || instance.record.expected_players() == 0 ||
+                        there() >= static_cast<int>(instance.record.expected_players());
   facts.start_deadline_passed = now.steady >= instance.start_deadline;
   facts.start_timed_out = now.steady - instance.state_since >= settings_.start_timeout;
   return facts;

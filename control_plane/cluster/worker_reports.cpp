@@ -106,8 +106,9 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
     state_.MarkOrders(*instance);
     touched.insert(instance->number);
   }
-  const bool changing = !AtRest(instance->record);
-  if (changing || before.phase() != report.phase() || !SamePlayers(before, report)) touched.insert(instance->number);
+  const bool changing = !AtRest(instance->record), same_players = SamePlayers(before, report);
+  if (!same_players) ++instance->connections;
+  if (changing || before.phase() != report.phase() || !same_players) touched.insert(instance->number);
   state_.MarkChanged(*instance);
   return Taken{instance, std::move(before)};
 }
