@@ -15,8 +15,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// How often a waiting call asks whether anybody still waits for its answer.
-constexpr std::chrono::milliseconds kGivenUpInterval{200};
 // How often it is looked how much room checkpoints have.
 constexpr std::chrono::milliseconds kRoomInterval{1000};
 
@@ -234,16 +232,6 @@ absl::StatusOr<v1::Instance> ControlPlane::CreateInstance(const v1::CreateInstan
   return Call([&](Cluster& cluster, Now now) { return cluster.CreateInstance(now, *plan, request.validate_only()); });
 }
 
-// Waits once, to be repeated: until the watch is woken, until `until`, or until it is time to ask whether anybody still
-// waits.
-absl::Status ControlPlane::WaitFor(Lock& lock, Watch& watch, Clock::time_point until,
-                                   const std::function<bool()>& given_up) {
-  if (stopping_) return absl::UnavailableError("the control plane is ending");
-  if (given_up()) return absl::CancelledError("the caller has given up");
-  watch.wake.wait_until(lock, std::min(until, Clock::now() + kGivenUpInterval));
-  return absl::OkStatus();
-}
-
 absl::Status ControlPlane::WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,
                                          const std::function<bool()>& given_up) {
   const Clock::time_point due = Clock::now() + kWatchInterval;
@@ -378,7 +366,7 @@ absl::StatusOr<std::string> ControlPlane::GameBytes(const std::string& hash) {
 
 // --- Players.
 
-absl::StatusOr<Joined> ControlPlane::WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
+absl::StatusOr<Joined> ControlPlane::WaitAndJoin(LastLock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
                                                  const std::optional<trust::Ticket>& ticket,
                                                  const std::function<bool()>& given_up) {
   while (true) {
@@ -394,10 +382,11 @@ absl::Status ControlPlane::CheckTicketsSignature(const std::string& ticket) {
   if (ticket.empty()) return absl::OkStatus();
   const auto shown = trust::ParseTicket(ticket);
   if (!shown.ok()) return shown.status();
-  const std::optional<records::Issuer> issuer = Call([&](Cluster& cluster, Now) -> std::optional<records::Issuer> {
-    const records::Issuer* found = cluster.issuers().Find(shown->ticket.key);
-    return found == nullptr ? std::nullopt : std::optional(*found);
-  });
+  const std::optional<records::Issuer> issuer =
+      CallOfPlayer([&](Cluster& cluster, Now) -> std::optional<records::Issuer> {
+        const records::Issuer* found = cluster.issuers().Find(shown->ticket.key);
+        return found == nullptr ? std::nullopt : std::optional(*found);
+      });
   return CheckSignature(*shown, issuer ? &*issuer : nullptr);
 }
 
@@ -407,7 +396,7 @@ absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstan
   // Whoever joined a record that is about to be replaced would be forgotten with it, and so would a ticket's use.
   if (absl::Status status = CheckRecovered(); !status.ok()) return status;
   if (absl::Status status = CheckTicketsSignature(request.ticket()); !status.ok()) return status;
-  Lock lock(mutex_);
+  LastLock lock(last_);
   Watch watch(*this, request.instance_id());
   const auto ticket = cluster_->TakeTicket(ReadClocks(), request, stranger);
   if (!ticket.ok()) return ticket.status();

@@ -14,7 +14,9 @@
 //   auto host = plane.Call([&](Cluster& cluster, Now now) { return cluster.AddHost(now, request); });
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <map>
@@ -46,6 +48,9 @@ struct LeaderRights {
   std::function<bool()> proves_lead = nullptr;
 };
 
+// How often a waiting call asks whether anybody still waits for its answer.
+inline constexpr std::chrono::milliseconds kGivenUpInterval{200};
+
 class ControlPlane {
  public:
   // An attached agent's stream, with what is to be sent on it.
@@ -72,6 +77,14 @@ class ControlPlane {
   template <class Action>
   auto Call(Action&& action) {
     const std::lock_guard lock(mutex_);
+    auto result = action(*cluster_, ReadClocks());
+    Publish();
+    return result;
+  }
+  // The same for what anybody may ask who plays: operators and agents go first.
+  template <class Action>
+  auto CallOfPlayer(Action&& action) {
+    const std::lock_guard lock(last_);
     auto result = action(*cluster_, ReadClocks());
     Publish();
     return result;
@@ -207,6 +220,7 @@ class ControlPlane {
   };
   using Lock = std::unique_lock<TurnLock>;
   using UrgentLock = std::unique_lock<UrgentTurn>;
+  using LastLock = std::unique_lock<LastTurn>;
 
   void Publish();
   void PublishCallers();
@@ -262,18 +276,27 @@ class ControlPlane {
   absl::StatusOr<std::uint64_t> AwaitUpgradeTick(const std::string& id, const std::function<bool()>& given_up);
   absl::StatusOr<v1::Instance> BeginAnew(const std::string& id, std::uint64_t tick,
                                          const std::function<bool()>& given_up);
-  absl::Status WaitFor(Lock& lock, Watch& watch, std::chrono::steady_clock::time_point until,
-                       const std::function<bool()>& given_up);
+  // Waits once, to be repeated: until the watch is woken, until `until`, or until it is time to ask whether anybody
+  // still waits.
+  template <class AnyLock>
+  absl::Status WaitFor(AnyLock& lock, Watch& watch, std::chrono::steady_clock::time_point until,
+                       const std::function<bool()>& given_up) {
+    if (stopping_) return absl::UnavailableError("the control plane is ending");
+    if (given_up()) return absl::CancelledError("the caller has given up");
+    watch.wake.wait_until(lock, std::min(until, std::chrono::steady_clock::now() + kGivenUpInterval));
+    return absl::OkStatus();
+  }
   absl::Status WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,
                              const std::function<bool()>& given_up);
   absl::Status CheckTicketsSignature(const std::string& ticket);
-  absl::StatusOr<Joined> WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
+  absl::StatusOr<Joined> WaitAndJoin(LastLock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
                                      const std::optional<trust::Ticket>& ticket, const std::function<bool()>& given_up);
 
   Store& store_;
   const LeaderRights rights_;
   TurnLock mutex_;
   UrgentTurn urgent_{mutex_};
+  LastTurn last_{mutex_};
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;
   PendingWork pending_;

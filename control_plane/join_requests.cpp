@@ -73,16 +73,17 @@ JoinRequests::Outcome JoinRequests::Join(const PageRequest& request, const std::
 JoinRequests::Outcome JoinRequests::Leave(const PageRequest& request) {
   const auto asked = ReadLeaveBody(request.body);
   absl::Status status = asked.ok() ? plane_.CheckRecovered() : asked.status();
-  if (status.ok()) status = plane_.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *asked); });
+  if (status.ok()) status = plane_.CallOfPlayer([&](Cluster& cluster, Now now) { return cluster.Leave(now, *asked); });
   return {.answer = LeaveAnswer(status), .status = status, .subject = asked.ok() ? asked->instance_id() : ""};
 }
 
 JoinRequests::Outcome JoinRequests::List(const PageRequest& request) {
   const absl::Status status = CheckListBody(request.body);
   if (!status.ok()) return {.answer = ErrorAnswer(status), .status = status, .subject = ""};
-  return {.answer = ListAnswer(plane_.Call([](Cluster& cluster, Now) { return ListedInstances(cluster.state()); })),
-          .status = status,
-          .subject = ""};
+  return {
+      .answer = ListAnswer(plane_.CallOfPlayer([](Cluster& cluster, Now) { return ListedInstances(cluster.state()); })),
+      .status = status,
+      .subject = ""};
 }
 
 void JoinRequests::Log(const PageRequest& request, const Outcome& outcome, std::chrono::nanoseconds took) {

@@ -8,7 +8,7 @@ bool TurnLock::Lock(Line& line, Clock::time_point until) {
     held_ = true;
     return true;
   }
-  if (&line == &ordinary_ && line.waiting == 0) ordinary_since_ = Clock::now();
+  if (line.waiting == 0) line.since = Clock::now();
   ++line.waiting;
   const auto has_turn = [&line] { return line.has_turn; };
   bool got = true;
@@ -24,25 +24,23 @@ bool TurnLock::Lock(Line& line, Clock::time_point until) {
 
 void TurnLock::unlock() {
   const std::lock_guard lock(mutex_);
-  const bool overdue = ordinary_.waiting > 0 && Clock::now() - ordinary_since_ >= kOrdinaryPatience;
   Line* next = nullptr;
-  if (urgent_.waiting > 0 && !overdue) {
-    next = &urgent_;
-  } else if (ordinary_.waiting > 0) {
-    next = &ordinary_;
-    ordinary_since_ = Clock::now();
+  const auto overdue = [now = Clock::now()](const Line& line) { return now - line.since >= kOrdinaryPatience; };
+  for (Line* line : {&last_, &ordinary_, &urgent_}) {  // the first of them comes last
+    if (line->waiting > 0 && (next == nullptr || !overdue(*next))) next = line;
   }
   if (next == nullptr) {
     held_ = false;
     return;
   }
+  next->since = Clock::now();
   next->has_turn = true;
   next->handed.notify_one();
 }
 
 int TurnLock::waiting() const {
   const std::lock_guard lock(mutex_);
-  return urgent_.waiting + ordinary_.waiting;
+  return urgent_.waiting + ordinary_.waiting + last_.waiting;
 }
 
 }  // namespace tessera::control

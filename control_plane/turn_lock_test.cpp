@@ -57,6 +57,31 @@ TEST_F(TurnOrderTest, AnOrdinaryOneIsServedOnceItHasWaitedForLong) {
   EXPECT_EQ(GiveBack(), "ou");
 }
 
+TEST(TurnLockTest, PlayersComeAfterOperators) {
+  TurnLock turns;
+  std::string order;  // under the lock
+  turns.lock();
+  std::vector<std::thread> threads;
+  const auto begin = [&](auto go) {
+    threads.emplace_back(go);
+    while (turns.waiting() < static_cast<int>(threads.size())) std::this_thread::yield();
+  };
+  for (int i = 0; i < 3; ++i) {
+    begin([&] {
+      LastTurn turn(turns);
+      const std::lock_guard lock(turn);
+      order += 'p';
+    });
+  }
+  begin([&] {
+    const std::lock_guard lock(turns);
+    order += 'o';
+  });
+  turns.unlock();
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(order, "oppp");
+}
+
 TEST(TurnLockTest, OneAtATimeHoldsIt) {
   TurnLock turns;
   int count = 0;

@@ -54,8 +54,9 @@ class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
   }
   grpc::Status LeaveInstance(grpc::ServerContext* context, const v1::LeaveInstanceRequest* request,
                              v1::LeaveInstanceResponse*) override {
-    return Answer(context, "SessionService/LeaveInstance", CallKind::kCommand, Instance(request->instance_id()),
-                  [&] { return plane_.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); }); });
+    return Answer(context, "SessionService/LeaveInstance", CallKind::kCommand, Instance(request->instance_id()), [&] {
+      return plane_.CallOfPlayer([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); });
+    });
   }
 
  private:
