@@ -141,8 +141,10 @@ Acceptor::Received Acceptor::OnSealed(TimePoint now, const Address& from, std::s
     ++stats_.unknown;
     return {};
   }
+  ++session->received;
   if (!session->dialled && !session->budget.Take(now, limits_.accepted, datagram.size())) {
     ++stats_.excess;
+    if (session->budget.IsToBeLimited()) exceeding_.push_back(session->number);
     if (!session->budget.BeginsToFlood(now, limits_.accepted)) return {};
     ++stats_.floods;
     return {.kind = Received::Kind::kFloods, .session = session->number};
@@ -305,6 +307,11 @@ Acceptor::Received Acceptor::Refuse(Refused reason, std::uint32_t session, const
 // A credential has at most one unsettled session, so its holder cannot fill the acceptor with them.
 void Acceptor::DropUnsettled(const VerificationKey& holder) {
   if (const auto number = index_->UnsettledOf(holder)) Forget(*number);
+}
+
+std::optional<std::uint64_t> Acceptor::ReceivedOf(SessionNumber session) const {
+  const Session* found = Find(session);
+  return found == nullptr || found->dialled ? std::nullopt : std::optional(found->received);
 }
 
 std::uint64_t Acceptor::HashOf(std::span<const std::uint8_t> bytes) const {

@@ -24,6 +24,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -175,6 +176,11 @@ class Acceptor {
   const PeerIdentity& WhoIs(SessionNumber session) const;                // requires an accepted session
   const std::optional<Refusal>& RefusalOf(SessionNumber session) const;  // requires a dialled session
 
+  // Accepted sessions that sent far more than they may since this was asked last; their ends are to be limited.
+  std::vector<SessionNumber> TakeExceeding() { return std::exchange(exceeding_, {}); }
+  // Datagrams of an accepted session, those beyond its budget too; nothing: there is no such session.
+  std::optional<std::uint64_t> ReceivedOf(SessionNumber session) const;
+
   std::size_t sessions() const { return live_; }
   const AcceptorStats& stats() const { return stats_; }
   const UnprovenDatagrams& unproven() const { return unproven_; }
@@ -226,6 +232,7 @@ class Acceptor {
   std::vector<std::uint8_t> reply_;
   AcceptorStats stats_;
   UnprovenDatagrams unproven_;
+  std::vector<SessionNumber> exceeding_;
 };
 
 }  // namespace tessera::net

@@ -29,6 +29,7 @@ struct Acceptor::Session {
   bool heard = false;            // a sealed datagram has come, so the other end knows that it was accepted
   std::uint64_t credential = 0;  // its hash, for HeldOff
   SessionBudget budget;
+  std::uint64_t received = 0;  // sealed datagrams, those beyond the budget too
 
   // Fields of a dialled session until it is open.
   RegionId region;

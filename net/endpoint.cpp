@@ -339,5 +339,6 @@ std::string Endpoint::AddressOf(PeerHandle peer) const {
 
 const AcceptorStats& Endpoint::acceptor_stats() const { return impl_->acceptor.stats(); }
 const ReceiveStats& Endpoint::receive_stats() const { return impl_->receive_stats; }
+bool Endpoint::flooded() const { return impl_->flood_filter->active(); }
 
 }  // namespace tessera::net

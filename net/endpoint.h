@@ -132,6 +132,8 @@ class Endpoint {
   std::string AddressOf(PeerHandle peer) const;  // "127.0.0.1:7777"; empty when there is no such peer any more
   const AcceptorStats& acceptor_stats() const;
   const ReceiveStats& receive_stats() const;
+  // The kernel drops a part of what is sent to this port.
+  bool flooded() const;
 
  private:
   struct Impl;

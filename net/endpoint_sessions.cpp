@@ -167,7 +167,14 @@ void Endpoint::Impl::Seal() {
 
 void Endpoint::Impl::Progress(Clock::time_point now) {
   for (const Acceptor::Outgoing& out : acceptor.Due(now)) Send(out.to, out.bytes);
-  flood_filter->Measure(now, acceptor.unproven());
+  for (const SessionNumber session : acceptor.TakeExceeding()) {
+    const std::optional<std::uint64_t> received = acceptor.ReceivedOf(session);
+    if (!received) continue;
+    flood_filter->Limit(now, session, acceptor.AddressOf(session), kLimitedTo * options.accepted.datagrams.per_s,
+                        *received);
+  }
+  flood_filter->Measure(now, acceptor.unproven(),
+                        [this](SessionNumber session) { return acceptor.ReceivedOf(session); });
   ReadKernelDrops(now);
   if (now < sweep_at) return;
   sweep_at = now + kSweepInterval;

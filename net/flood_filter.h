@@ -4,10 +4,13 @@
 //
 // Datagrams without proof are of three kinds: hellos, logins and the others (challenges, accepts, refusals, unknown
 // ones). When more of a kind come than are looked at, the kernel passes a random share of them; the rate of all is
-// known from the share. Sealed datagrams pass, for they may be a player's, except from ends that are shut out.
+// known from the share. Sealed datagrams pass, for they may be a player's, except from ends that are shut out, and from
+// those of sessions that send far beyond their budget: of these a share passes likewise, for the port would drop the
+// rest before it opens them.
 //
 //   FloodFilter filter(socket);
-//   filter.Measure(now, acceptor.unproven());  // acts each kUpdate
+//   for (SessionNumber session : acceptor.TakeExceeding()) filter.Limit(now, session, its end, its limit, received);
+//   filter.Measure(now, acceptor.unproven(), received_of);  // acts each kUpdate
 //   filter.ShutOut(now, address);
 //
 // Thread rule: one thread; time comes in.
@@ -16,6 +19,8 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <optional>
 
 #include "net/acceptor.h"
 #include "net/address.h"
@@ -33,13 +38,19 @@ class FloodFilter {
   FloodFilter(const FloodFilter&) = delete;
   FloodFilter& operator=(const FloodFilter&) = delete;
 
-  // `seen`: the datagrams that the socket gave, since the start.
-  void Measure(TimePoint now, const UnprovenDatagrams& seen);
+  // `seen`: the datagrams that the socket gave, since the start; `received_of`: those of a session, as
+  // Acceptor::ReceivedOf. Nothing: it has ended, and with it its limit.
+  void Measure(TimePoint now, const UnprovenDatagrams& seen,
+               const std::function<std::optional<std::uint64_t>(SessionNumber)>& received_of);
+  // From now on a share of what this end sends passes, until that is not above `most_per_s` any more. `received`: as
+  // above, by now. Repeating it does nothing.
+  void Limit(TimePoint now, SessionNumber session, const Address& end, double most_per_s, std::uint64_t received);
   void ShutOut(TimePoint now, const Address& address);
 
   bool active() const { return active_; }
   // Share of all hellos that pass: 0 to 1.
   double hellos_that_pass() const { return hellos_.passes; }
+  std::size_t limited() const { return limited_.size(); }  // ends of sessions
 
  private:
   struct Kind {
@@ -52,6 +63,13 @@ class FloodFilter {
     TimePoint until;
   };
 
+  struct Limited {
+    SessionNumber session;
+    Address end;
+    Kind kind;
+    TimePoint since;
+  };
+
   // Whether it changed much.
   static bool Adapt(Kind& kind, std::uint64_t seen, double passed_s);
   void Apply();
@@ -59,7 +77,8 @@ class FloodFilter {
   SystemSocket socket_;
   Kind hellos_{.most_per_s = kHellos.per_s}, logins_{.most_per_s = kUnproven_per_s},
       others_{.most_per_s = kUnproven_per_s};
-  std::deque<End> shut_out_;  // the first to end first
+  std::deque<End> shut_out_;     // the first to end first
+  std::deque<Limited> limited_;  // the eldest first
   TimePoint measured_{};
   bool active_ = false;
 };

@@ -47,6 +47,11 @@ inline constexpr std::chrono::milliseconds kFloodPause{1000};
 inline constexpr int kRefusalsAtOnce = 3;
 inline constexpr std::chrono::seconds kHoldOff{10};
 inline constexpr std::size_t kMaxHeldOff = 4096;
+// A session that sends so many datagrams beyond its budget in one window of kFloodPause is thinned by the kernel, which
+// passes a random share: kLimitedTo times what the budget takes, so that it is still known who floods. More, and a
+// flood takes the tick's time until it is noticed; fewer, and a burst after a stall of the network is thinned.
+inline constexpr std::uint32_t kExcessToLimit = 256;
+inline constexpr double kLimitedTo = 1.25;
 // For so long the kernel drops all of an address and port whose session was ended for flooding; at most so many at a
 // time, the eldest makes room. Longer, and a port that a router gives to somebody else is shut out.
 inline constexpr std::chrono::seconds kShutOut{10};

@@ -36,10 +36,14 @@ class SessionBudget {
     if (!excess_since_ || now - last_excess_ >= kFloodPause) {
       excess_since_ = now;
       proven_ = unproven_ = 0;
+      excess_ = 0;
     }
     last_excess_ = now;
+    ++excess_;
     return false;
   }
+  // True once in kExcessToLimit datagrams that were beyond the budget; asked after Take has said no.
+  bool IsToBeLimited() const { return excess_ % kExcessToLimit == 0; }
   // The outcome of a datagram that was within the budget.
   void Opened(bool proven) { ++(proven ? proven_ : unproven_); }
 
@@ -55,6 +59,7 @@ class SessionBudget {
   std::optional<TimePoint> excess_since_;
   TimePoint last_excess_{};
   std::uint64_t proven_ = 0, unproven_ = 0;  // since excess_since_
+  std::uint32_t excess_ = 0;                 // likewise
   bool said_ = false;
 };
 

@@ -68,7 +68,12 @@ std::optional<std::uint32_t> KernelDrops(SystemSocket socket);
 
 // Rules by which the system drops datagrams before they reach a socket.
 struct DropRules {
-  std::vector<Address> shut_out;              // all datagrams of these ends
+  std::vector<Address> shut_out;  // all datagrams of these ends
+  struct Limited {
+    Address end;
+    double passes = 1;  // share of its datagrams, 0 to 1
+  };
+  std::vector<Limited> limited;
   double hellos = 1, logins = 1, others = 1;  // shares that pass, 0 to 1, of datagrams without proof; others pass
 };
 // Returns false where the system takes no such rules: all passes.

@@ -81,6 +81,15 @@ std::vector<sock_filter> ProgramOf(const DropRules& rules) {
     program.push_back(Step(kIfEqual, end.port, 0, 1));
     program.push_back(Step(kReturn, kDrop));
   }
+  for (const DropRules::Limited& limited : rules.limited) {
+    program.push_back(Step(kLoadWord, kSourceHost));
+    program.push_back(Step(kIfEqual, ntohl(limited.end.host), 0, 5));
+    program.push_back(Step(kLoadHalf, kSourcePort));
+    program.push_back(Step(kIfEqual, limited.end.port, 0, 3));
+    program.push_back(Step(kLoadWord, kRandom));
+    program.push_back(Step(kIfAtLeast, static_cast<std::uint32_t>(limited.passes * kWhole), 0, 1));
+    program.push_back(Step(kReturn, kDrop));
+  }
   const auto pass_a_share = [&](double share) {
     program.push_back(Step(kLoadWord, kRandom));
     program.push_back(Step(kIfAtLeast, static_cast<std::uint32_t>(share * kWhole), 0, 1));

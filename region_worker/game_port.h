@@ -109,6 +109,7 @@ class GamePort {
 
   std::uint16_t port() const { return endpoint_->port(); }
   int socket() const { return endpoint_->socket(); }
+  bool flooded() const { return endpoint_->flooded(); }
 
   // From now on clients may come in. Once.
   void Open(GameRules rules, Admit admit, EndedBecause ended_because = nullptr);

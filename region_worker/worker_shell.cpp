@@ -25,6 +25,9 @@ namespace {
 
 // ENet has timers of its own, for what was lost; they are looked at this often when nothing comes.
 constexpr Duration kServiceInterval = std::chrono::milliseconds(20);
+// While the game port is flooded what comes there wakes nobody, and is looked at so often. Longer, and honest players'
+// inputs wait as long; shorter, and ten thousand hellos a second wake the loop as often.
+constexpr Duration kFloodedInterval = std::chrono::milliseconds(2);
 constexpr Duration kStatusInterval = std::chrono::seconds(1);
 // For the last words to clients, neighbours and the agent.
 constexpr Duration kFarewell = std::chrono::milliseconds(500);
@@ -200,9 +203,11 @@ void WorkerShell::Wait(bool stepped) {
     if (const auto due = core_->wake_at(now)) deadline = std::min(deadline, *due);
     if (const auto dial = links_->NextDial(core_->links())) deadline = std::min(deadline, *dial);
   }
+  const bool flooded = clients_->port().flooded();
+  if (flooded) deadline = std::min(deadline, now + kFloodedInterval);
   std::array<pollfd, 4> fds = {{{.fd = signals_.fd(), .events = POLLIN, .revents = 0},
                                 {.fd = links_->socket(), .events = POLLIN, .revents = 0},
-                                {.fd = clients_->port().socket(), .events = POLLIN, .revents = 0},
+                                {.fd = flooded ? -1 : clients_->port().socket(), .events = POLLIN, .revents = 0},
                                 {.fd = agent_ ? agent_->wake_fd() : -1, .events = POLLIN, .revents = 0}}};
   WaitReadable(fds, now, deadline);
   if ((fds[0].revents & POLLIN) == 0) return;
