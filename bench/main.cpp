@@ -13,6 +13,7 @@
 #include "bench/crowd.h"
 #include "bench/dissertation.h"
 #include "bench/failover.h"
+#include "bench/flood_seat.h"
 #include "bench/games.h"
 #include "bench/lasting.h"
 #include "bench/lean.h"
@@ -148,6 +149,12 @@ int Main(int argc, char** argv) {
   attacker->add_option("lease_requests", attack.size.lease_requests)->required();
   attacker->add_option("join_threads", attack.size.join_threads)->required();
   attacker->add_option("joins_each", attack.size.joins_each)->required();
+  FloodSeat flood;
+  CLI::App* flooder = app.add_subcommand("flooder", "Flood a region")->group("");
+  flooder->add_option("kind", flood.kind)->required();
+  flooder->add_option("port", flood.port)->required();
+  flooder->add_option("control", flood.control)->required();
+  flooder->add_option("instance", flood.instance)->required();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -155,6 +162,7 @@ int Main(int argc, char** argv) {
   }
   if (app.got_subcommand(player)) return PlayInSeat(seat);
   if (app.got_subcommand(attacker)) return AttackFromSeat(attack);
+  if (app.got_subcommand(flooder)) return FloodFromSeat(flood);
   for (const Suite& suite : kSuites) {
     if (app.got_subcommand(suite.name)) return Run(suite, options);
   }

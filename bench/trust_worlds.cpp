@@ -1,24 +1,25 @@
 // A world under attack: its ticks while strangers or a player flood a region, and a host that is evicted.
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
-#include <atomic>
 #include <chrono>
-#include <functional>
 #include <iostream>
 #include <memory>
-#include <thread>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "bench/failover_stage.h"
+#include "bench/flood_seat.h"
 #include "bench/scrape.h"
 #include "bench/statistics.h"
 #include "bench/trust_scenes.h"
-#include "client_sdk/control_session.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/scene_file.h"
 #include "local_cluster/world_run.h"
-#include "net/endpoint.h"
-#include "net/testing/spoofed_flood.h"
 #include "telemetry/http_get.h"
 
 namespace tessera::bench {
@@ -27,80 +28,32 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr double kHellosPerSecond = 100'000;
-constexpr std::size_t kStrangersAddresses = 256;
 constexpr char kTickHistogram[] = "tessera_region_step_seconds", kLateTicks[] = "tessera_region_late_ticks_total";
 
-// Runs until it is destroyed; `per_second` is then how many datagrams went out.
-class TickFlood {
+// A port of the loopback interface that nobody reads: what comes fills its buffer, and is dropped then.
+class UnreadPort {
  public:
-  using Run = std::function<std::uint64_t(const std::atomic<bool>& stopped)>;  // datagrams sent
-  explicit TickFlood(Run run)
-      : begin_(Clock::now()), thread_([this, run = std::move(run)] { sent_ = run(stopped_); }) {}
-  ~TickFlood() { Stop(); }
-  TickFlood(const TickFlood&) = delete;
-  TickFlood& operator=(const TickFlood&) = delete;
-  double Stop() {
-    stopped_ = true;
-    if (thread_.joinable()) {
-      thread_.join();
-      per_second_ = static_cast<double>(sent_) / std::chrono::duration<double>(Clock::now() - begin_).count();
+  UnreadPort() {
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sockaddr_in bound{};
+    socklen_t size = sizeof bound;
+    if (bind(fd_, reinterpret_cast<const sockaddr*>(&any), sizeof any) != 0 ||
+        getsockname(fd_, reinterpret_cast<sockaddr*>(&bound), &size) != 0) {
+      throw local::CommandError("ticks: no port of the loopback interface is to be had");
     }
-    return per_second_;
+    port_ = ntohs(bound.sin_port);
   }
+  ~UnreadPort() { close(fd_); }
+  UnreadPort(const UnreadPort&) = delete;
+  UnreadPort& operator=(const UnreadPort&) = delete;
+  std::uint16_t port() const { return port_; }
 
  private:
-  const Clock::time_point begin_;
-  std::atomic<bool> stopped_ = false;
-  std::uint64_t sent_ = 0;
-  double per_second_ = 0;
-  std::thread thread_;
+  const int fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  std::uint16_t port_ = 0;
 };
-
-std::uint64_t FloodWithHellos(std::uint16_t port, const std::atomic<bool>& stopped) {
-  net::SpoofedFlood flood(kStrangersAddresses);
-  const auto begin = Clock::now();
-  for (std::uint32_t sent = 0; !stopped;) {
-    const double passed_s = std::chrono::duration<double>(Clock::now() - begin).count();
-    for (const auto due = static_cast<std::uint32_t>(passed_s * kHellosPerSecond); sent < due && !stopped; ++sent) {
-      flood.Send(port, net::BlindHello(sent));
-    }
-    flood.Drain();
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return flood.datagrams();
-}
-
-// A player joins, connects to the first region, and sends what is no input as fast as it can. Thrown out, it ends, and
-// another one takes its place.
-std::uint64_t FloodAsPlayer(const std::string& control, const std::string& instance, const std::atomic<bool>& stopped) {
-  std::uint64_t sent = 0;
-  const std::vector<std::uint8_t> junk(100, 0x55);
-  while (!stopped) {
-    client::JoinCall call{.instance_id = instance, .player_name = "flood", .ticket = {}, .returning = {}};
-    call.deadline = milliseconds(10'000);
-    const auto session = client::JoinInstance(control, call);
-    auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1", .max_peers = 2});
-    if (!session.ok() || !endpoint.ok()) break;
-    const client::RegionEndpoint& region = session->regions.front();
-    const auto peer =
-        (*endpoint)->Connect(region.host, region.port, region.region, region.incarnation, session->credentials);
-    if (!peer.ok()) break;
-    bool connected = false, ended = false;
-    while (!stopped && !ended) {
-      for (const net::Event& event : (*endpoint)->Service(milliseconds(connected ? 0 : 5))) {
-        connected |= event.kind == net::Event::Kind::kConnected;
-        ended |= event.kind == net::Event::Kind::kDisconnected;
-      }
-      for (int i = 0; connected && !ended && i < 256; ++i) {
-        sent += (*endpoint)->Send(*peer, net::Delivery::kUnsequenced, junk).ok() ? 1 : 0;
-      }
-      (*endpoint)->Flush();
-    }
-    (void)client::LeaveInstance(control, instance, session->credentials, milliseconds(5000));
-  }
-  return sent;
-}
 
 Samples Metrics(const std::string& address) {
   const auto page = telemetry::HttpGet(address, "/metrics");
@@ -119,9 +72,10 @@ struct TickMetrics {
   std::string flooded, neighbour;
 };
 
-TickSpan MeasureTicks(local::WorldRun& run, const TickMetrics& metrics, double seconds, const TickFlood::Run& flood) {
-  std::unique_ptr<TickFlood> flooding;
-  if (flood) flooding = std::make_unique<TickFlood>(flood);
+TickSpan MeasureTicks(local::WorldRun& run, const TickMetrics& metrics, double seconds,
+                      const std::optional<FloodSeat>& flood) {
+  std::unique_ptr<RunningFlood> flooding;
+  if (flood) flooding = std::make_unique<RunningFlood>(*flood);
   const auto play = [&](double span_s) {
     const auto end = Clock::now() + std::chrono::duration<double>(span_s);
     if (!run.PlayUntil([&] { return Clock::now() >= end; }, milliseconds(static_cast<int>(span_s * 1e3) + 60'000))) {
@@ -147,11 +101,13 @@ absl::Status RunFloodedTicks(const TrustSize& size, Report& report) {
   const v1::RegionAddress address = world.region_status(0).report().address();
   const TickMetrics metrics{fmt::format("127.0.0.1:{}", address.metrics_port()),
                             fmt::format("127.0.0.1:{}", world.region_status(1).report().address().metrics_port())};
-  const std::string control = run.cluster().control_address(), instance = run.instance_id();
   const auto port = static_cast<std::uint16_t>(address.game_port());
-  const std::vector<std::pair<std::string, TickFlood::Run>> floods = {
-      {"hellos", [port](const std::atomic<bool>& stopped) { return FloodWithHellos(port, stopped); }},
-      {"player", [&](const std::atomic<bool>& stopped) { return FloodAsPlayer(control, instance, stopped); }}};
+  const UnreadPort unread;
+  const std::vector<std::pair<std::string, FloodSeat>> floods = {
+      {"hellos", {.kind = "hellos", .port = port, .control = "none", .instance = "none"}},
+      {"elsewhere", {.kind = "hellos", .port = unread.port(), .control = "none", .instance = "none"}},
+      {"player",
+       {.kind = "player", .port = port, .control = run.cluster().control_address(), .instance = run.instance_id()}}};
   MeasureTicks(run, metrics, size.span_s, {});  // bodies are on their way
   for (const auto& [config, flood] : floods) {
     std::vector<double> ratios, neighbours, quiet_ms, flooded_ms, rates, late_quiet, late;
