@@ -169,6 +169,7 @@ TEST_F(PlayersTest, WhoVanishesIsRemovedOrStaysByTheInstancesPolicy) {
   rig_.Pass(seconds(100));
   EXPECT_FALSE(TakeVanished());
   SetPolicy(v1::LEAVER_POLICY_REMOVE);
+  rig_.Pass(kVanishedInterval);
   EXPECT_FALSE(TakeVanished());
   rig_.Pass(seconds(10));
   ASSERT_TRUE(TakeVanished());
