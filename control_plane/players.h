@@ -61,8 +61,8 @@ class Players {
   // Those of which the two do not share what is in them.
   std::vector<std::uint32_t> BucketsUnlike(const Players& other) const;
 
-  // What orders say of players differs so from `before`: those that are new or differ but for who was seen, and the
-  // numbers of those that are no more, both ascending. The players live until this value changes.
+  // The difference that orders make between `before` and these: players that are new or differ, but for who was seen,
+  // and the numbers of those that are no more, both ascending. The players live until this value changes.
   struct Changes {
     std::vector<const records::StoredPlayer*> players;
     std::vector<std::uint32_t> forgotten;

@@ -70,7 +70,7 @@ TEST(FloodFilterTest, OfAnEndThatSendsTooMuchTheKernelPassesAShareUntilItSendsLe
   const int at_first = flooder.Sent(4000, port);
   EXPECT_LT(at_first, 400);
   EXPECT_EQ(honest.Sent(100, port), 100) << "others' pass";
-  // Of 200 000 a second as many pass as the port takes.
+  // From 200 000 a second as many pass as the port takes.
   received += 20'000 / 64;
   measure();
   EXPECT_LT(flooder.Sent(4000, port), 200);

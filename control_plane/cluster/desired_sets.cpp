@@ -43,7 +43,7 @@ std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
     }
     v1::WorkerOrder& given = *desired.add_workers();
     given = order;
-    // What went out on this stream comes, or the stream ends.
+    // A set that went out on this stream comes, or the stream ends.
     if (host->takes_player_changes && before != 0 && worker.given_on == stream) {
       AddPlayerChanges(changes, before, given);
     } else {

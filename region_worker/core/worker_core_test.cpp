@@ -359,7 +359,7 @@ TEST_F(WorkerCoreTest, AnOrderMayNameThePlayersThatChanged) {
   EXPECT_EQ(core.Admit(PlayerNumber(2), first), Admission::kLeft);
   EXPECT_EQ(core.Admit(PlayerNumber(3), first), Admission::kNotYet);
   EXPECT_EQ(core.Admit(PlayerNumber(4), first), Admission::kWelcome);
-  // Of another order than the one before.
+  // The same once more is a change of another order than the one before.
   EXPECT_THAT(AllOf<AskWholeOrder>(TakeOrder()), SizeIs(1));
   EXPECT_EQ(core.Admit(PlayerNumber(4), first), Admission::kWelcome) << "and it changes nothing";
 }
