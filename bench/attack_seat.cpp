@@ -9,6 +9,7 @@
 #include <functional>
 #include <iostream>
 #include <sstream>
+#include <utility>
 
 #include "host/program_folder.h"
 
@@ -37,9 +38,12 @@ const std::vector<NamedAttack>& Attacks() {
          return support::ImportAsStranger(seat.target, 4, std::size_t{seat.size.import_mb} << 20);
        }},
       {"joins",
-       [](const Seat& seat) {
-         return support::JoinAndLeave(seat.target, seat.world, static_cast<int>(seat.size.join_threads),
-                                      static_cast<int>(seat.size.joins_each));
+       [once = false](const Seat& seat) mutable {
+         support::Outcome outcome = support::JoinAndLeave(
+             seat.target, seat.world, static_cast<int>(seat.size.join_threads), static_cast<int>(seat.size.joins_each));
+         // An address has few guests a second, and another round may come before there is one more.
+         if (std::exchange(once, true)) std::erase(outcome.through, support::kNobodyJoined);
+         return outcome;
        }},
       {"lies", [](const Seat& seat) { return support::LieAsHost(seat.target, seat.world); }, false},
       {"deaf",

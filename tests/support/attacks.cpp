@@ -360,7 +360,7 @@ Outcome JoinAndLeave(const Target& target, const std::string& instance, int thre
       left += stub->LeaveInstance(&other, leave, &gone).ok() ? 1 : 0;
     }
   });
-  outcome.Try("nobody could join", joined > 0);
+  outcome.Try(kNobodyJoined, joined > 0);
   outcome.Try(fmt::format("{} of {} who joined could not leave", joined - left, joined.load()), joined == left);
   const v1::Instance now = GetInstance(target, instance);
   outcome.Try(fmt::format("{} players are left in the world", now.players()), now.players() == 0);

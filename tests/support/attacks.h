@@ -44,7 +44,8 @@ Outcome ImportAsStranger(const Target& target, int imports, std::size_t bytes);
 Outcome HoldConnections(const Target& target, int at_each_door, int most);
 // No TLS.
 Outcome SpeakPlainText(const Target& target);
-// So many guests' joins and leaves, by so many threads. Through is what is left in the world.
+// So many guests' joins and leaves, by so many threads. Through is what is left in the world, and that nobody joined.
+inline constexpr char kNobodyJoined[] = "nobody could join";
 Outcome JoinAndLeave(const Target& target, const std::string& instance, int threads, int times_each);
 
 // Admits a host by TLS, and has it lie: about its capacity, about players, about another's workers; it asks for the
