@@ -63,6 +63,7 @@ v1::AgentHello ClusterHarness::Hello(std::uint32_t capacity) {
   hello.set_advertise_address("10.0.0.1");
   hello.set_metrics_port(9100);
   hello.mutable_resources()->set_region_capacity(capacity);
+  hello.set_takes_player_changes(true);
   return hello;
 }
 

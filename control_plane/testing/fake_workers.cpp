@@ -1,8 +1,12 @@
 #include "control_plane/testing/fake_workers.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/str_format.h"
+#include "core/world/player_changes.h"
 
 namespace tessera::control {
 namespace {
@@ -104,7 +108,10 @@ void FakeWorkers::Act(const v1::WorkerOrder& order, std::vector<v1::AgentMessage
     return;
   }
   if (order.revision() <= worker.order.revision()) return;
-  worker.order = order;
+  v1::WorkerOrder whole = order;
+  EXPECT_TRUE(Continues(worker.order, whole)) << "changes of players since an order that did not come";
+  CompletePlayers(std::move(worker.order), whole);
+  worker.order = std::move(whole);
   Follow(worker);
   if (FollowMaps(worker) && !mute) out.push_back(InventoryOf(worker));
   v1::AgentMessage message;
