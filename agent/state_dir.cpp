@@ -144,7 +144,8 @@ std::string StateDir::LogPath(const v1::WorkerIdentity& worker) const {
 }
 
 std::string StateDir::OrderPath(const v1::WorkerIdentity& worker) const {
-  return absl::StrCat(path_, "/orders/", worker.instance_id(), "-r", worker.region(), "-i", worker.incarnation(), ".pb");
+  return absl::StrCat(path_, "/orders/", worker.instance_id(), "-r", worker.region(), "-i", worker.incarnation(),
+                      ".pb");
 }
 
 std::string StateDir::ContentPath(const Content& content) const {
