@@ -16,6 +16,7 @@ import { TimeBar } from './ui/time_bar.ts';
 import { Tools } from './ui/tools.ts';
 import { WorldList } from './ui/worlds.ts';
 import { Perf } from './ui/perf.ts';
+import { POSE_PARTS } from './world/bodies.ts';
 import { NoWebGl, WorldView } from './view/world_view.ts';
 
 const STALE_S = 1.5;
@@ -337,7 +338,7 @@ export class Page implements SessionListener {
     if (slot < 0) return;
     this.view.own = slot;
     this.view.follows = true;
-    const at = 7 * slot;
+    const at = POSE_PARTS * slot;
     const { shown } = this.session.bodies;
     this.view.rig.chase(shown[at]!, shown[at + 1]!, shown[at + 2]!);
   }

@@ -30,7 +30,7 @@ const WATCH = `(() => {
     ++watch.pictures;
     for (let place = 0; place < bodies.count; ++place) {
       const slot = bodies.order[place];
-      const at = [0, 1, 2].map((axis) => Math.round(1024 * bodies.shown[7 * slot + axis])).join();
+      const at = [0, 1, 2].map((axis) => Math.round(1024 * bodies.shown[8 * slot + axis])).join();
       const id = bodies.id(slot);
       if (watch.regions.has(bodies.owner[slot])) {
         watch.watched.set(id, { at, moved: 0 });

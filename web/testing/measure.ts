@@ -65,7 +65,7 @@ const SCENE = `(() => {
   const { session: { bodies }, view } = tessera;
   const canvas = document.getElementById('world');
   const { fov, near, far, position } = view.rig.camera;
-  const poses = [...bodies.order.slice(0, bodies.count)].map((slot) => [...bodies.shown.slice(7 * slot, 7 * slot + 7)]);
+  const poses = [...bodies.order.slice(0, bodies.count)].map((slot) => [0, 1, 2, 4, 5, 6, 7].map((part) => bodies.shown[8 * slot + part]));
   return { poses, eye: position.toArray(), target: view.rig.target, fov, near, far, width: canvas.width, height: canvas.height };
 })()`;
 

@@ -5,7 +5,7 @@ import { type FrameToEncode, encodeFrame } from '../src/protocol/encode.ts';
 import { type Frame, UNITS_PER_METRE } from '../src/protocol/messages.ts';
 import { packOrientation } from '../src/protocol/orientation.ts';
 import { borders } from '../src/view/territory.ts';
-import { Bodies } from '../src/world/bodies.ts';
+import { Bodies, POSE_PARTS } from '../src/world/bodies.ts';
 import { Playout } from '../src/world/playout.ts';
 
 const STILL = packOrientation([0, 0, 0, 1]);
@@ -32,7 +32,7 @@ function make(): { bodies: Bodies; told: string[] } {
   return { bodies, told };
 }
 
-const x = (bodies: Bodies, id: bigint) => bodies.current[7 * bodies.find(String(id))]!;
+const x = (bodies: Bodies, id: bigint) => bodies.current[POSE_PARTS * bodies.find(String(id))]!;
 
 test('differences add up, also of ids above 2^53', () => {
   const { bodies } = make();
@@ -75,7 +75,7 @@ test('a body that appears is shown where it is, whatever frames come before a pi
   const { bodies } = make();
   bodies.apply(appear(2n));
   bodies.apply(frame({ changed: [{ id: 2n, difference: [UNITS_PER_METRE, 0, 0] }] }));
-  assert.equal(bodies.previous[7 * bodies.find('2')], 1);
+  assert.equal(bodies.previous[POSE_PARTS * bodies.find('2')], 1);
 });
 
 test('a body that rests stays to be drawn until a picture has shown it', () => {
@@ -83,7 +83,7 @@ test('a body that rests stays to be drawn until a picture has shown it', () => {
   bodies.apply(appear(2n));
   for (let frames = 0; frames < 3; ++frames) bodies.apply(frame({}));
   assert.equal(bodies.moving_count, 1);
-  bodies.drawn();
+  bodies.interpolate(1);
   bodies.apply(frame({}));
   assert.equal(bodies.moving_count, 0);
 });

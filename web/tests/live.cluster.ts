@@ -34,7 +34,7 @@ function holds(expression: string, of = page): Promise<void> {
 // Until bodies that the region owns have gone somewhere, as the page draws them.
 async function moves(of: Page): Promise<void> {
   await of.evaluate('globalThis.then = tessera.session.bodies.shown.slice()');
-  await holds('tessera.session.bodies.shown.some((part, at) => at % 7 < 3 && Math.abs(part - (globalThis.then[at] ?? part)) > 0.3)', of);
+  await holds('tessera.session.bodies.shown.some((part, at) => at % 8 < 3 && Math.abs(part - (globalThis.then[at] ?? part)) > 0.3)', of);
 }
 
 // All of the scene is drawn: both regions with their eight moving bodies, and what never moves.

@@ -45,7 +45,7 @@ async function stage(x: number, z: number): Promise<{ id: string; place: number[
   body.position = [x, 6, z];
   body.velocity = [0, 0, 0];
   body.owner = gateway.world.regionAt(body.position);
-  await page.waitForFunction(`Math.abs(tessera.session.bodies.shown[7 * tessera.session.bodies.find('${body.id}')] - ${x}) < 0.01`, undefined, WAIT);
+  await page.waitForFunction(`Math.abs(tessera.session.bodies.shown[8 * tessera.session.bodies.find('${body.id}')] - ${x}) < 0.01`, undefined, WAIT);
   await value(`tessera.view.rig.set([${x}, 16, ${z + 0.01}], [${x}, 6, ${z}])`);
   return { id: String(body.id), place: [x, 6, z] };
 }
@@ -235,7 +235,7 @@ test('a player drives, and a second page sees it', async () => {
   await page.keyboard.down('w');
   while (!player.force.some((part) => part !== 0)) await value('new Promise(requestAnimationFrame).then(() => 0)');
   steps(60);
-  await second.page.waitForFunction(`Math.hypot(tessera.session.bodies.shown[7 * ${find}] - ${begin[0]}, tessera.session.bodies.shown[7 * ${find} + 2] - ${begin[2]}) > 0.5`, undefined, WAIT);
+  await second.page.waitForFunction(`Math.hypot(tessera.session.bodies.shown[8 * ${find}] - ${begin[0]}, tessera.session.bodies.shown[8 * ${find} + 2] - ${begin[2]}) > 0.5`, undefined, WAIT);
   await page.keyboard.up('w');
   await page.getByRole('button', { name: 'Leave' }).click();
   await second.page.waitForFunction(`${find} < 0`, undefined, WAIT);

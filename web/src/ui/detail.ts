@@ -2,7 +2,7 @@
 
 import { ASLEEP, EXTRAPOLATED, KINEMATIC, PREDICTED, TRIGGER, type Detail } from '../protocol/messages.ts';
 import { regionCss } from '../view/colours.ts';
-import type { Bodies } from '../world/bodies.ts';
+import { type Bodies, POSE_PARTS } from '../world/bodies.ts';
 import { h, number } from './dom.ts';
 import type { Order } from './machine_room.ts';
 
@@ -43,7 +43,7 @@ export class DetailPanel {
     this.body = bodies.id(slot);
     const name = bodies.names[slot] || detail?.name || `body ${this.body}`;
     this.title.replaceChildren(h('i', { style: `background:${regionCss(bodies.owner[slot]!)}` }), name);
-    const at = 7 * slot;
+    const at = POSE_PARTS * slot;
     const facts: [string, string][] = [
       ['id', this.body],
       ['owner', `region ${bodies.owner[slot]}${detail ? `, epoch ${detail.epoch}` : ''}`],

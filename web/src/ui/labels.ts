@@ -1,6 +1,6 @@
 // Labels: names of players above their bodies, as text over the picture.
 
-import type { Bodies } from '../world/bodies.ts';
+import { type Bodies, POSE_PARTS } from '../world/bodies.ts';
 import type { WorldView } from '../view/world_view.ts';
 import { h, setText } from './dom.ts';
 
@@ -23,7 +23,7 @@ export class Labels {
     }
     this.players.forEach((slot, index) => {
       const label = (this.pool[index] ??= this.element.appendChild(h('span')));
-      const at = 7 * slot;
+      const at = POSE_PARTS * slot;
       const place = view.project(bodies.shown[at]!, bodies.shown[at + 1]! + 1.4, bodies.shown[at + 2]!);
       label.hidden = !place;
       if (!place) return;

@@ -8,25 +8,50 @@ const PLANE_HALF_M = 2000;
 
 export type ShapeTable = Map<number, Shape>;
 
-// How round what is round is drawn: a large part of a level, one of many bodies, one of many where a processor draws.
-export type Detail = 'fine' | 'usual' | 'coarse';
+// How round what is round is drawn: a large part of a level or a body nearby, down to one of many bodies far away.
+export type Detail = 'fine' | 'usual' | 'coarse' | 'far';
+export const DETAILS: readonly Detail[] = ['fine', 'usual', 'coarse', 'far'];
 
-// Sides of a circle, rings of a capsule's end, how often the faces of an icosahedron are parted.
-const ROUND = { fine: { sides: 24, rings: 8, parted: 4 }, usual: { sides: 14, rings: 4, parted: 2 }, coarse: { sides: 8, rings: 2, parted: 1 } };
+// Sides of a circle, rings of a capsule's end, how often the faces of an icosahedron are parted; how much larger the shape
+// is drawn, so that it covers as many pixels as a round one; and the most pixels that its radius has on the screen then, so
+// that its outline is off by about one.
+const ROUND = {
+  fine: { sides: 24, rings: 8, parted: 4, swell: 1, pixels: Infinity },
+  usual: { sides: 14, rings: 4, parted: 2, swell: 1, pixels: 50 },
+  coarse: { sides: 8, rings: 2, parted: 1, swell: 1.04, pixels: 14 },
+  far: { sides: 5, rings: 1, parted: 0, swell: 1.14, pixels: 5 },
+};
+
+const STAYS = 1.15; // a body has to be so much larger or smaller than the bound to leave its detail
+
+// The place in DETAILS of the right one for a body of this radius on the screen, which has had another one.
+export function detailFor(pixels: number, had: number): number {
+  for (let at = DETAILS.length - 1; at > 0; --at) {
+    const bound = ROUND[DETAILS[at]!].pixels;
+    if (pixels < (at <= had ? bound * STAYS : bound / STAYS)) return at;
+  }
+  return 0;
+}
+
+// Whether its geometry depends on the detail.
+export function isRound(shape: Shape, table: ShapeTable): boolean {
+  if (shape.kind === 'compound') return shape.children.some(({ shape: child }) => table.has(child) && isRound(table.get(child)!, table));
+  return shape.kind === 'sphere' || shape.kind === 'capsule' || shape.kind === 'cylinder' || shape.kind === 'cone';
+}
 
 export function makeGeometry(shape: Shape, table: ShapeTable, detail: Detail): THREE.BufferGeometry {
-  const { sides, rings, parted } = ROUND[detail];
+  const { sides, rings, parted, swell } = ROUND[detail];
   switch (shape.kind) {
     case 'box':
       return new THREE.BoxGeometry(2 * shape.half[0]!, 2 * shape.half[1]!, 2 * shape.half[2]!);
     case 'sphere':
-      return sphere(shape.radius, parted);
+      return sphere(swell * shape.radius, parted);
     case 'capsule':
-      return new THREE.CapsuleGeometry(shape.radius, 2 * shape.half_height, rings, sides);
+      return new THREE.CapsuleGeometry(swell * shape.radius, 2 * shape.half_height, rings, sides);
     case 'cylinder':
-      return new THREE.CylinderGeometry(shape.radius, shape.radius, 2 * shape.half_height, sides);
+      return new THREE.CylinderGeometry(swell * shape.radius, swell * shape.radius, 2 * shape.half_height, sides);
     case 'cone':
-      return new THREE.ConeGeometry(shape.radius, shape.height, sides);
+      return new THREE.ConeGeometry(swell * shape.radius, shape.height, sides);
     case 'hull':
     case 'mesh':
       return triangles(shape.vertices, shape.triangles);

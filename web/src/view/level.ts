@@ -11,6 +11,7 @@ import type { StaticBody } from '../protocol/messages.ts';
 import { type Placed, bake, bakedSize } from './bake.ts';
 import { type ShapeTable, makeGeometry } from './geometry.ts';
 import { PAINT_FRAGMENT_HEAD, PAINT_VERTEX, PAINT_VERTEX_HEAD, Pictures } from './pictures.ts';
+import { PlainLight, plainLevel, shown } from './plain.ts';
 import type { Territory, Theme } from './territory.ts';
 import type { Visuals } from './visuals.ts';
 
@@ -25,15 +26,15 @@ type LevelVisuals = Pick<Visuals, 'geometryOf' | 'waits' | 'pictures'>;
 export class Level {
   readonly group = new THREE.Group();
   private readonly uniforms;
-  private readonly ground: THREE.MeshLambertMaterial;
-  private readonly solid: THREE.MeshLambertMaterial;
-  private readonly trigger = new THREE.MeshLambertMaterial({
+  private readonly ground: Surface;
+  private readonly solid: Surface;
+  private readonly trigger = surface(new THREE.MeshLambertMaterial({
     color: '#5ee0c0',
     transparent: true,
     opacity: 0.22,
     depthWrite: false,
-  });
-  private readonly drawn: THREE.MeshLambertMaterial; // by its own meshes, in their colours
+  }));
+  private readonly drawn: Surface; // by its own meshes, in their colours
   private readonly waiting = new Map<number, { body: StaticBody; tile: number }[]>(); // by shape
   private readonly tiles = new Map<number, { meshes: THREE.Mesh[]; bodies: number }>(); // each with all that it brought
   private readonly visuals: LevelVisuals;
@@ -41,19 +42,23 @@ export class Level {
   private has_plane = false;
   private lowest = Infinity;
   private bodies = 0;
+  private plain = false;
 
-  constructor(territory: Pick<Territory, 'texture' | 'area'>, visuals: LevelVisuals = { geometryOf: () => null, waits: () => false, pictures: new Pictures() }) {
+  constructor(territory: Pick<Territory, 'texture' | 'area'>, visuals: LevelVisuals = { geometryOf: () => null, waits: () => false, pictures: new Pictures() }, light = new PlainLight()) {
     this.visuals = visuals;
     this.uniforms = {
       territory: { value: territory.texture },
       area: { value: territory.area },
       pictures: visuals.pictures.uniform,
       outside: { value: new THREE.Color() },
+      outsideShown: { value: new THREE.Vector3() },
     };
-    this.ground = this.material(1);
-    this.solid = this.material(1.9);
-    this.drawn = this.material(1.9, true);
-    this.floor = new THREE.Mesh(GROUND, this.ground);
+    this.ground = surface(this.material(1), plainLevel(light, this.uniforms, 1));
+    this.solid = surface(this.material(1.9), plainLevel(light, this.uniforms, 1.9));
+    this.drawn = surface(this.material(1.9, true));
+    this.floor = new THREE.Mesh(GROUND, this.ground.full);
+    // Bodies hide some of the ground, which is drawn where it is seen.
+    this.floor.renderOrder = 1;
     this.group.add(this.floor);
   }
 
@@ -98,6 +103,17 @@ export class Level {
 
   setTheme(theme: Theme): void {
     this.uniforms.outside.value.set(theme.ground).multiplyScalar(0.8);
+    this.uniforms.outsideShown.value.copy(shown(this.uniforms.outside.value));
+  }
+
+  // Whether plain light is enough, which has no shadows.
+  setPlain(on: boolean): void {
+    this.plain = on;
+    for (const mesh of this.group.children as THREE.Mesh[]) {
+      for (const surface of [this.ground, this.solid]) {
+        if (mesh.material === surface.full || mesh.material === surface.plain) mesh.material = on ? surface.plain : surface.full;
+      }
+    }
   }
 
   // All bodies of a message, or of a tile (0 and up), whose shapes are known.
@@ -117,7 +133,7 @@ export class Level {
       if (group) group.push(body);
       else groups.set(key, [body]);
     }
-    const baked = new Map<THREE.MeshLambertMaterial, Placed[]>();
+    const baked = new Map<Surface, Placed[]>();
     for (const group of groups.values()) {
       const shape = shapes.get(group[0]!.shape)!;
       const many = group.length >= INSTANCED_FROM;
@@ -131,7 +147,7 @@ export class Level {
       this.bodies += group.length;
       const brought = this.tiles.get(tile);
       if (brought) brought.bodies += group.length;
-      if (many) this.show(instances(geometry, material, placed), material, tile);
+      if (many) this.show(instances(geometry, placed), material, tile);
       else if (baked.has(material)) baked.get(material)!.push(...placed);
       else baked.set(material, placed);
     }
@@ -158,13 +174,13 @@ export class Level {
     for (const [shape, waiting] of this.waiting) this.waiting.set(shape, waiting.filter((one) => one.tile !== tile));
   }
 
-  private bake(material: THREE.MeshLambertMaterial, placed: Placed[], tile: number): void {
+  private bake(material: Surface, placed: Placed[], tile: number): void {
     let begin = 0;
     let vertices = 0;
     for (let at = 0; at <= placed.length; ++at) {
       const size = at < placed.length ? bakedSize(placed[at]!.geometry) : Infinity;
       if (at > begin && vertices + size > MOST_BAKED) {
-        this.show(new THREE.Mesh(bake(placed.slice(begin, at)), material), material, tile);
+        this.show(new THREE.Mesh(bake(placed.slice(begin, at))), material, tile);
         begin = at;
         vertices = 0;
       }
@@ -173,8 +189,10 @@ export class Level {
     for (const { geometry } of placed) geometry.dispose();
   }
 
-  private show(mesh: THREE.Mesh, material: THREE.MeshLambertMaterial, tile: number): void {
+  private show(mesh: THREE.Mesh, material: Surface, tile: number): void {
     this.tiles.get(tile)?.meshes.push(mesh);
+    mesh.material = this.plain ? material.plain : material.full;
+    mesh.renderOrder = 1;
     mesh.receiveShadow = material !== this.trigger;
     mesh.castShadow = material === this.solid || material === this.drawn;
     mesh.matrixAutoUpdate = false;
@@ -215,6 +233,16 @@ export class Level {
   }
 }
 
+// How something is drawn in full light and in plain light.
+interface Surface {
+  full: THREE.Material;
+  plain: THREE.Material;
+}
+
+function surface(full: THREE.Material, plain = full): Surface {
+  return { full, plain };
+}
+
 const ONE = new THREE.Vector3(1, 1, 1);
 
 function matrixOf(body: StaticBody): THREE.Matrix4 {
@@ -225,8 +253,8 @@ function matrixOf(body: StaticBody): THREE.Matrix4 {
   );
 }
 
-function instances(geometry: THREE.BufferGeometry, material: THREE.Material, placed: Placed[]): THREE.InstancedMesh {
-  const mesh = new THREE.InstancedMesh(geometry, material, placed.length);
+function instances(geometry: THREE.BufferGeometry, placed: Placed[]): THREE.InstancedMesh {
+  const mesh = new THREE.InstancedMesh(geometry, undefined, placed.length);
   placed.forEach(({ matrix }, index) => mesh.setMatrixAt(index, matrix));
   mesh.computeBoundingSphere();
   return mesh;

@@ -1,7 +1,7 @@
 // Picking: which body is at a place of the screen.
 
 import * as THREE from 'three';
-import type { Bodies } from '../world/bodies.ts';
+import { type Bodies, POSE_PARTS, TURN } from '../world/bodies.ts';
 import type { Batches } from './batches.ts';
 
 const NEAR_MISS = 0.012; // share of the distance: small bodies can be clicked too
@@ -14,7 +14,7 @@ export function pick(ray: THREE.Ray, bodies: Bodies, batches: Batches, level: TH
   const centre = new THREE.Vector3();
   for (let place = 0; place < bodies.count; ++place) {
     const slot = bodies.order[place]!;
-    centre.fromArray(bodies.shown, 7 * slot);
+    centre.fromArray(bodies.shown, POSE_PARTS * slot);
     const along = centre.clone().sub(ray.origin).dot(ray.direction);
     const radius = batches.geometryOf(slot)?.boundingSphere?.radius ?? 0;
     const miss = ray.distanceToPoint(centre);
@@ -26,8 +26,8 @@ export function pick(ray: THREE.Ray, bodies: Bodies, batches: Batches, level: TH
   let nearest = wall;
   for (const { slot } of candidates.slice(0, 64)) {
     mesh.geometry = batches.geometryOf(slot)!;
-    mesh.position.fromArray(bodies.shown, 7 * slot);
-    mesh.quaternion.fromArray(bodies.shown, 7 * slot + 3);
+    mesh.position.fromArray(bodies.shown, POSE_PARTS * slot);
+    mesh.quaternion.fromArray(bodies.shown, POSE_PARTS * slot + TURN);
     mesh.updateMatrixWorld();
     const hit = caster.intersectObject(mesh)[0];
     if (hit && hit.distance < nearest) {

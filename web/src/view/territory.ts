@@ -34,6 +34,14 @@ export class Territory {
     this.texture.anisotropy = anisotropy;
   }
 
+  // Plain light takes colours as the screen is told, and what is cheap to look up: the level of detail is not blended.
+  setPlain(on: boolean): void {
+    this.texture.colorSpace = on ? THREE.NoColorSpace : THREE.SRGBColorSpace;
+    this.texture.minFilter = on ? THREE.LinearMipmapNearestFilter : THREE.LinearMipmapLinearFilter;
+    this.texture.dispose();
+    this.texture.needsUpdate = this.canvas.width > 0;
+  }
+
   draw(map: PartitionMap, bounds: number[], dead: ReadonlySet<number>, theme: Theme): void {
     const [min_x, , min_z, max_x, , max_z] = bounds as [number, number, number, number, number, number];
     const width_m = Math.max(1e-3, max_x - min_x);

@@ -2,7 +2,7 @@
 
 import * as THREE from 'three';
 import type { Met, PartitionMap, StaticBody } from '../protocol/messages.ts';
-import type { Bodies } from '../world/bodies.ts';
+import { type Bodies, POSE_PARTS, TURN } from '../world/bodies.ts';
 import type { Values } from '../world/values.ts';
 import { Batches } from './batches.ts';
 import { CameraRig } from './camera_rig.ts';
@@ -11,6 +11,7 @@ import { Contacts } from './contacts.ts';
 import type { ShapeTable } from './geometry.ts';
 import { Level } from './level.ts';
 import { pick } from './picking.ts';
+import { PlainLight } from './plain.ts';
 import { Territory, type Theme } from './territory.ts';
 import { Tiles } from './tiles.ts';
 import { Visuals } from './visuals.ts';
@@ -36,6 +37,7 @@ export class WorldView {
   readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly territory = new Territory();
+  private readonly light = new PlainLight();
   private readonly sky = new THREE.HemisphereLight('#ffffff', '#8a90a0', 1.9);
   private readonly sun = new THREE.DirectionalLight('#fff4e0', 2.0);
   private readonly outline: THREE.LineSegments;
@@ -69,8 +71,8 @@ export class WorldView {
       this.level.settle(numbers, this.shapes);
     };
     this.visuals = new Visuals({ settled, problem });
-    this.batches = new Batches(bodies, shapes, this.visuals, this.software ? 'coarse' : 'usual');
-    this.level = new Level(this.territory, this.visuals);
+    this.batches = new Batches(bodies, shapes, this.visuals, this.light);
+    this.level = new Level(this.territory, this.visuals, this.light);
     this.tiles = new Tiles({
       came: (tile, { shapes: made, visuals, statics }) => {
         for (const { number, shape } of made) this.shapes.set(number, shape);
@@ -90,6 +92,7 @@ export class WorldView {
     this.sun.shadow.normalBias = 0.04;
     this.scene.add(this.sky, this.sun, this.sun.target, this.level.group, this.batches.group, this.territory.curtains);
     this.scene.add(this.outline, this.arrow, this.contacts.points);
+    this.setPlain(this.software);
     this.setTheme(true);
     this.rig.frame(this.bounds, false);
   }
@@ -105,6 +108,7 @@ export class WorldView {
   }
 
   setShadows(on: boolean): void {
+    this.setPlain(this.software && !on);
     this.renderer.shadowMap.enabled = on;
     this.sun.castShadow = on;
     this.batches.setShadows(on);
@@ -155,7 +159,7 @@ export class WorldView {
 
   showContact(met: Met): void {
     const slot = [met.body, met.other].map((body) => this.bodies.find(body)).find((found) => found >= 0);
-    const place = slot === undefined ? null : this.bodies.shown.subarray(7 * slot, 7 * slot + 3);
+    const place = slot === undefined ? null : this.bodies.shown.subarray(POSE_PARTS * slot, POSE_PARTS * slot + 3);
     this.contacts.add(met, place);
   }
 
@@ -224,22 +228,32 @@ export class WorldView {
 
   // The page's own work for a picture: poses, colours, camera.
   update(fraction: number, now_s: number): void {
-    this.batches.pose(fraction);
+    this.bodies.interpolate(fraction);
+    this.batches.posed();
     this.fade(now_s);
     this.contacts.fade(now_s);
-    this.batches.upload();
     this.mark(now_s);
     this.rig.controls.update();
     this.rig.adapt();
+    const { camera } = this.rig;
+    this.batches.judge(camera.position, (0.5 * this.renderer.domElement.height) / Math.tan((0.5 * camera.fov * Math.PI) / 180));
   }
 
   render(): void {
     if (this.sun.castShadow) this.aimSun();
+    this.light.follow(this.sky, this.sun, this.scene.fog as THREE.Fog);
     this.renderer.render(this.scene, this.rig.camera);
   }
 
   private drawTerritory(): void {
     if (this.map) this.territory.draw(this.map, this.bounds, this.dead, this.theme);
+  }
+
+  // Plain light has no shadows, and costs no more than the processor can draw.
+  private setPlain(on: boolean): void {
+    this.batches.setPlain(on);
+    this.level.setPlain(on);
+    this.territory.setPlain(on);
   }
 
   private setFog(): void {
@@ -277,19 +291,19 @@ export class WorldView {
     if (slot >= 0) {
       const box = this.batches.geometryOf(slot)?.boundingBox;
       if (box) {
-        this.outline.position.fromArray(shown, 7 * slot);
-        this.outline.quaternion.fromArray(shown, 7 * slot + 3);
+        this.outline.position.fromArray(shown, POSE_PARTS * slot);
+        this.outline.quaternion.fromArray(shown, POSE_PARTS * slot + TURN);
         box.getSize(this.outline.scale).addScalar(0.12);
         this.outline.position.add(box.getCenter(new THREE.Vector3()).applyQuaternion(this.outline.quaternion));
       }
     }
     this.arrow.visible = this.own >= 0;
     if (this.own >= 0) {
-      const at = 7 * this.own;
+      const at = POSE_PARTS * this.own;
       this.arrow.position.set(shown[at]!, shown[at + 1]! + 1.9 + 0.12 * Math.sin(5 * now_s), shown[at + 2]!);
     }
     const lead = this.follows ? (slot >= 0 ? slot : this.own) : -1;
-    if (lead >= 0) this.rig.follow(shown[7 * lead]!, shown[7 * lead + 1]!, shown[7 * lead + 2]!);
+    if (lead >= 0) this.rig.follow(shown[POSE_PARTS * lead]!, shown[POSE_PARTS * lead + 1]!, shown[POSE_PARTS * lead + 2]!);
     else this.rig.stopFollowing();
   }
 

@@ -1,12 +1,15 @@
 // Bodies: what the page knows of each moving body, in columns, so that thousands cost little.
 //
-// A body has a slot, an index of the columns, from when it appears until it vanishes. Poses are 7 numbers: position x, y,
-// z and orientation x, y, z, w. `current` is the newest pose, `previous` where the body was shown when that came, and
+// A body has a slot, an index of the columns, from when it appears until it vanishes. Poses are 8 numbers: position x, y,
+// z, one that is not used, and orientation x, y, z, w: the texture that bodies are drawn from has them so. `current` is the newest pose, `previous` where the body was shown when that came, and
 // `shown` lies between the two.
 
 import { type Frame, Changed, UNITS_PER_METRE, idHalves, idText } from '../protocol/messages.ts';
 import { unpackOrientation } from '../protocol/orientation.ts';
 import { ProtocolError } from '../protocol/reader.ts';
+
+export const POSE_PARTS = 8;
+export const TURN = 4; // where a pose has its orientation
 
 export interface BodyListener {
   appeared(slot: number): void;
@@ -110,7 +113,7 @@ export class Bodies {
     for (let index = 0; index < this.moving_count; ++index) {
       const slot = moving[index]!;
       let arrived = this.movingSince[slot]! <= this.drawn_frame;
-      for (let part = 7 * slot; part < 7 * slot + 7; ++part) {
+      for (let part = POSE_PARTS * slot; part < POSE_PARTS * (slot + 1); ++part) {
         previous[part] = shown[part]!;
         if (shown[part] !== current[part]) arrived = false;
       }
@@ -119,6 +122,50 @@ export class Bodies {
       this.movingSince[slot] = this.frames;
     }
     this.moving_count = kept;
+  }
+
+  // Shows all that moves `fraction` of the way from the previous to the current pose.
+  interpolate(fraction: number): void {
+    const { moving, moving_count, previous, current, shown } = this;
+    const rest = 1 - fraction;
+    for (let index = 0; index < moving_count; ++index) {
+      const p = POSE_PARTS * moving[index]!;
+      const t = p + TURN;
+      const ax = current[t]!;
+      const ay = current[t + 1]!;
+      const az = current[t + 2]!;
+      const aw = current[t + 3]!;
+      const bx = previous[t]!;
+      const by = previous[t + 1]!;
+      const bz = previous[t + 2]!;
+      const bw = previous[t + 3]!;
+      // A normalised mean of the two, along the shorter way.
+      const back = ax * bx + ay * by + az * bz + aw * bw < 0 ? -rest : rest;
+      const x = ax * fraction + bx * back;
+      const y = ay * fraction + by * back;
+      const z = az * fraction + bz * back;
+      const w = aw * fraction + bw * back;
+      const scale = 1 / Math.sqrt(x * x + y * y + z * z + w * w);
+      shown[p] = previous[p]! * rest + current[p]! * fraction;
+      shown[p + 1] = previous[p + 1]! * rest + current[p + 1]! * fraction;
+      shown[p + 2] = previous[p + 2]! * rest + current[p + 2]! * fraction;
+      shown[t] = x * scale;
+      shown[t + 1] = y * scale;
+      shown[t + 2] = z * scale;
+      shown[t + 3] = w * scale;
+    }
+    this.drawn();
+    if (fraction === 1) this.arrive();
+  }
+
+  // Bodies that are where the newest frame has them need no work until they move again.
+  private arrive(): void {
+    const { moving, moving_count, current, shown } = this;
+    for (let index = 0; index < moving_count; ++index) {
+      const p = POSE_PARTS * moving[index]!;
+      for (let part = p; part < p + POSE_PARTS; ++part) shown[part] = current[part]!;
+    }
+    this.moving_count = 0;
   }
 
   // Ids ascend in the frame as in `order`, so one walk along both finds every body.
@@ -143,10 +190,10 @@ export class Bodies {
       if (mask & Changed.position) {
         for (let axis = 0; axis < 3; ++axis) {
           units[3 * slot + axis] = units[3 * slot + axis]! + changed.difference[3 * index + axis]!;
-          current[7 * slot + axis] = units[3 * slot + axis]! / UNITS_PER_METRE;
+          current[POSE_PARTS * slot + axis] = units[3 * slot + axis]! / UNITS_PER_METRE;
         }
       }
-      if (mask & Changed.orientation) unpackOrientation(changed.orientation[index]!, current, 7 * slot + 3);
+      if (mask & Changed.orientation) unpackOrientation(changed.orientation[index]!, current, POSE_PARTS * slot + TURN);
       if (mask & (Changed.position | Changed.orientation)) this.move(slot);
       if (mask & (Changed.state | Changed.speed)) this.touched[this.touched_count++] = slot;
       if (mask & Changed.state) this.state[slot] = changed.state[index]!;
@@ -159,9 +206,9 @@ export class Bodies {
     if (this.movingSince[slot] === this.frames) return;
     if (this.movingSince[slot] === 0) {
       // It has just appeared: it is where it is.
-      const pose = this.current.subarray(7 * slot, 7 * slot + 7);
-      this.previous.set(pose, 7 * slot);
-      this.shown.set(pose, 7 * slot);
+      const pose = this.current.subarray(POSE_PARTS * slot, POSE_PARTS * (slot + 1));
+      this.previous.set(pose, POSE_PARTS * slot);
+      this.shown.set(pose, POSE_PARTS * slot);
     }
     this.movingSince[slot] = this.frames;
     this.moving[this.moving_count++] = slot;
@@ -212,8 +259,8 @@ export class Bodies {
       this.movingSince[slot] = 0;
       this.units.fill(0, 3 * slot, 3 * slot + 3);
       for (const pose of [this.previous, this.current, this.shown]) {
-        pose.fill(0, 7 * slot, 7 * slot + 6);
-        pose[7 * slot + 6] = 1;
+        pose.fill(0, POSE_PARTS * slot, POSE_PARTS * (slot + 1));
+        pose[POSE_PARTS * slot + TURN + 3] = 1;
       }
       added.push(slot);
     }
@@ -259,9 +306,9 @@ export class Bodies {
     this.touched = grown(this.touched, new Int32Array(capacity));
     this.movingSince = grown(this.movingSince, new Uint32Array(capacity));
     this.units = grown(this.units, new Float64Array(3 * capacity));
-    this.previous = grown(this.previous, new Float32Array(7 * capacity));
-    this.current = grown(this.current, new Float32Array(7 * capacity));
-    this.shown = grown(this.shown, new Float32Array(7 * capacity));
+    this.previous = grown(this.previous, new Float32Array(POSE_PARTS * capacity));
+    this.current = grown(this.current, new Float32Array(POSE_PARTS * capacity));
+    this.shown = grown(this.shown, new Float32Array(POSE_PARTS * capacity));
   }
 }
 
