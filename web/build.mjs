@@ -16,7 +16,7 @@ async function buildPage(folder) {
   rmSync(folder, { recursive: true, force: true });
   mkdirSync(join(folder, 'assets'), { recursive: true });
   await build({
-    entryPoints: { page: 'src/main.ts' },
+    entryPoints: { page: 'src/main.ts', feed: 'src/feed/worker.ts' },
     outdir: join(folder, 'assets'),
     bundle: true,
     minify: true,

@@ -1,7 +1,8 @@
 // Page: puts the parts together, and draws a picture whenever the screen wants one.
 
 import { type JsonMessage, type PartitionMap, type ShapeVisuals, type TileEntry, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
-import { type LinkState } from './connection.ts';
+import type { LinkState } from './feed/connection.ts';
+import type { FrameTold } from './feed/messages.ts';
 import { takeKey, takeTicket } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
 import { Board } from './ui/board.ts';
@@ -23,6 +24,7 @@ const STALE_S = 1.5;
 const STEER_EVERY_S = 1 / 30;
 const SLOW_UI_EVERY_S = 0.25;
 const TOAST_S = 6;
+const LONGEST_PICTURE_S = 0.25; // the next is not waited for any longer
 const LIMITED_S = 1; // so long after a frame that left bodies out, the page says so
 
 export class Page implements SessionListener {
@@ -210,8 +212,12 @@ export class Page implements SessionListener {
     this.tools.setRegions(map.regions.map((region) => region.region));
   }
 
-  framed(): void {
-    this.view.recolourTouched();
+  posed(): void {
+    this.view.posed();
+  }
+
+  framed(frame: FrameTold): void {
+    this.view.recolourChanged(frame.states);
     this.findOwn();
     if (this.session.selected !== '' && this.view.selected < 0) this.view.selected = this.session.bodies.find(this.session.selected);
   }
@@ -353,16 +359,18 @@ export class Page implements SessionListener {
   picture(): void {
     const begin = performance.now();
     const now_s = begin / 1000;
-    const seconds = Math.min(0.1, now_s - this.last_s);
+    const since_s = now_s - this.last_s;
+    const seconds = Math.min(0.1, since_s);
     this.last_s = now_s;
     if (document.body.classList.contains('listing')) return;
+    this.session.feed.drawing(now_s + Math.min(LONGEST_PICTURE_S, since_s));
     this.steer(now_s, seconds);
-    this.view.update(this.session.playout.fraction(now_s), now_s);
+    this.view.update(now_s);
     this.labels.draw(this.session.bodies, this.view, this.names);
     const own_ms = performance.now() - begin;
     this.view.render();
-    this.perf.add(begin, own_ms + this.session.decode_ms, performance.now() - begin);
-    this.session.decode_ms = 0;
+    this.perf.add(begin, own_ms + this.session.feed.spent_ms, performance.now() - begin);
+    this.session.feed.spent_ms = 0;
     if (now_s - this.slow_s > SLOW_UI_EVERY_S) {
       this.slow_s = now_s;
       this.drawSlowly(now_s);

@@ -1,11 +1,12 @@
 // Session: one world, or one recording, that the page is connected to: what it has been sent, and what it asks for.
 
-import { Connection, type LinkState } from './connection.ts';
+import type { LinkState } from './feed/connection.ts';
+import { Feed } from './feed/feed.ts';
+import type { FrameTold, Poses, Told } from './feed/messages.ts';
 import { keepRight, keptRight, type Right } from './right.ts';
 import { type Answer, type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type ShapeVisuals, type TileEntry, type Welcome } from './protocol/messages.ts';
 import type { ShapeTable } from './view/geometry.ts';
 import { Bodies, type BodyListener } from './world/bodies.ts';
-import { Playout } from './world/playout.ts';
 import { Room } from './world/room.ts';
 import { Values } from './world/values.ts';
 
@@ -21,7 +22,8 @@ export interface SessionListener extends BodyListener {
   statics(message: BinaryMessage & { kind: Kind.statics }): void;
   tiled(tiles: TileEntry[]): void;
   mapped(map: PartitionMap): void;
-  framed(): void;
+  framed(frame: FrameTold): void;
+  posed(): void; // bodies are shown elsewhere
   deadChanged(): void;
   linked(state: LinkState): void;
   said(message: JsonMessage): void;
@@ -40,7 +42,6 @@ interface Asked {
 export class Session {
   readonly shapes: ShapeTable = new Map();
   readonly bodies: Bodies;
-  readonly playout = new Playout();
   readonly room = new Room();
   readonly values = new Values();
   welcome: Welcome | null = null;
@@ -53,10 +54,10 @@ export class Session {
   met = 0; // contacts that have come
   frame_at_s = -Infinity;
   limited_at_s = -Infinity; // when a frame last left bodies out, for want of the budget of bytes
-  decode_ms = 0; // spent on messages since somebody last set it to 0
   link: LinkState = { state: 'connecting' };
   selected = '';
-  private connection: Connection | null = null;
+  readonly feed: Feed;
+  private poses: Poses | null = null; // that bodies are shown with
   private number = 0;
   private readonly asked = new Map<number, Asked>();
   private looked_at: number[] | null = null; // as this connection was told
@@ -65,41 +66,32 @@ export class Session {
   constructor(listener: SessionListener) {
     this.listener = listener;
     this.bodies = new Bodies(listener);
+    this.feed = new Feed({
+      message: (message, poses) => this.binary(message, poses),
+      json: (message) => this.json(message),
+      posed: (poses) => this.pose(poses),
+      changed: (state) => this.linked(state),
+    });
   }
 
   open(path: string): void {
     this.close();
     this.looked_at = null;
-    this.connection = new Connection(path, {
-      binary: (message) => {
-        const begin = performance.now();
-        this.binary(message);
-        this.decode_ms += performance.now() - begin;
-      },
-      json: (message) => this.json(message),
-      changed: (state) => {
-        this.link = state;
-        if (state.state !== 'open') this.looked_at = null;
-        const right = state.state === 'open' ? keptRight() : null;
-        if (right) this.authorize(right, () => {});
-        this.listener.linked(state);
-      },
-    });
+    this.feed.open(path);
   }
 
   close(): void {
-    this.connection?.close();
-    this.connection = null;
+    this.feed.close();
     this.room.clear();
     this.begin();
   }
 
   retryNow(): void {
-    this.connection?.retryNow();
+    this.feed.retryNow();
   }
 
   send(message: object): boolean {
-    return this.connection?.send(message) ?? false;
+    return this.feed.send(message);
   }
 
   order(order: string, fields: Record<string, unknown> = {}): void {
@@ -160,7 +152,22 @@ export class Session {
     this.listener.began();
   }
 
-  private binary(message: BinaryMessage): void {
+  private linked(state: LinkState): void {
+    this.link = state;
+    if (state.state !== 'open') this.looked_at = null;
+    const right = state.state === 'open' ? keptRight() : null;
+    if (right) this.authorize(right, () => {});
+    this.listener.linked(state);
+  }
+
+  private pose(poses: Poses): void {
+    this.bodies.pose(poses);
+    this.listener.posed();
+    if (this.poses) this.feed.reuse(this.poses);
+    this.poses = poses;
+  }
+
+  private binary(message: Told, poses: Poses | null): void {
     switch (message.kind) {
       case Kind.welcome:
         this.begin();
@@ -176,7 +183,7 @@ export class Session {
         this.listener.visuals(message.visuals);
         return;
       case Kind.statics:
-        this.listener.statics(message as BinaryMessage & { kind: Kind.statics });
+        this.listener.statics(message);
         return;
       case Kind.tiles:
         this.listener.tiled(message.tiles);
@@ -189,11 +196,11 @@ export class Session {
         this.tick = message.tick;
         this.paused = message.paused;
         this.bodies.apply(message);
+        if (poses) this.pose(poses);
         this.frame_at_s = performance.now() / 1000;
         if (message.limited) this.limited_at_s = this.frame_at_s;
-        this.playout.arrived(message.time, this.frame_at_s);
         ++this.frames;
-        this.listener.framed();
+        this.listener.framed(message);
     }
   }
 

@@ -5,6 +5,7 @@ import { type FrameToEncode, encodeFrame } from '../src/protocol/encode.ts';
 import { type Frame, UNITS_PER_METRE } from '../src/protocol/messages.ts';
 import { packOrientation } from '../src/protocol/orientation.ts';
 import { borders } from '../src/view/territory.ts';
+import { Motion } from '../src/feed/motion.ts';
 import { Bodies, POSE_PARTS } from '../src/world/bodies.ts';
 import { Playout } from '../src/world/playout.ts';
 
@@ -22,75 +23,117 @@ function appear(...ids: bigint[]): Frame {
   });
 }
 
-function make(): { bodies: Bodies; told: string[] } {
+// The bodies of the worker and of the page, and what the page's listener is told. A frame comes when the bodies have come
+// this far on their way.
+function make(): { bodies: Bodies; motion: Motion; told: string[]; apply: (frame: Frame, fraction?: number) => void } {
+  const motion = new Motion();
   const told: string[] = [];
   const bodies: Bodies = new Bodies({
     appeared: (slot) => told.push(`+${bodies.id(slot)}`),
     vanished: (slot) => told.push(`-${bodies.id(slot)}`),
     ownerChanged: (slot, from) => told.push(`${bodies.id(slot)}: ${from} to ${bodies.owner[slot]}`),
   });
-  return { bodies, told };
+  const apply = (frame: Frame, fraction = 1) => {
+    bodies.apply(motion.apply(frame, fraction));
+    const same = (of: Bodies) => [...of.order.subarray(0, of.count)].map((slot) => [slot, of.id(slot)]);
+    assert.deepEqual(same(bodies), same(motion.bodies), 'both have the same slots');
+  };
+  return { bodies, motion, told, apply };
 }
 
-const x = (bodies: Bodies, id: bigint) => bodies.current[POSE_PARTS * bodies.find(String(id))]!;
+const x = (motion: Motion, id: bigint, poses = motion.current) => poses[POSE_PARTS * motion.bodies.find(String(id))]!;
 
 test('differences add up, also of ids above 2^53', () => {
-  const { bodies } = make();
-  bodies.apply(appear(3n, MADE));
-  for (let step = 0; step < 10; ++step) bodies.apply(frame({ changed: [{ id: MADE, difference: [UNITS_PER_METRE / 2, 0, 0] }] }));
-  assert.equal(x(bodies, MADE), 6);
-  assert.equal(x(bodies, 3n), 1);
+  const { motion, apply } = make();
+  apply(appear(3n, MADE));
+  for (let step = 0; step < 10; ++step) apply(frame({ changed: [{ id: MADE, difference: [UNITS_PER_METRE / 2, 0, 0] }] }));
+  assert.equal(x(motion, MADE), 6);
+  assert.equal(x(motion, 3n), 1);
 });
 
 test('bodies come, go and come again in any order', () => {
-  const { bodies, told } = make();
-  bodies.apply(appear(5n, 1000n));
-  bodies.apply(appear(1n, 700n));
-  bodies.apply(frame({ vanished: [5n] }));
+  const { bodies, motion, told, apply } = make();
+  apply(appear(5n, 1000n));
+  apply(appear(1n, 700n));
+  apply(frame({ vanished: [5n] }));
   assert.equal(bodies.count, 3);
   assert.equal(bodies.find('5'), -1);
   assert.deepEqual([...bodies.order.subarray(0, 3)].map((slot) => bodies.id(slot)), ['1', '700', '1000']);
-  bodies.apply(appear(5n));
-  assert.equal(x(bodies, 5n), 1);
+  apply(appear(5n));
+  assert.equal(x(motion, 5n), 1);
   assert.deepEqual(told.filter((text) => !text.includes(':')), ['+5', '+1000', '+1', '+700', '-5', '+5']);
   bodies.clear();
   assert.equal(bodies.count, 0);
 });
 
 test('a change of owner is reported, and counted but for the first', () => {
-  const { bodies, told } = make();
-  bodies.apply(appear(2n));
-  bodies.apply(frame({ changed: [{ id: 2n, owner: 4 }] }));
+  const { bodies, told, apply } = make();
+  apply(appear(2n));
+  apply(frame({ changed: [{ id: 2n, owner: 4 }] }));
   assert.deepEqual(told.slice(-1), ['2: 1 to 4']);
   assert.equal(bodies.owner_changes, 1);
 });
 
 test('a change of a body that is not there is refused', () => {
-  const { bodies } = make();
-  bodies.apply(appear(2n));
-  assert.throws(() => bodies.apply(frame({ changed: [{ id: 3n, speed: 1 }] })), /body 3/);
+  const { apply } = make();
+  apply(appear(2n));
+  assert.throws(() => apply(frame({ changed: [{ id: 3n, speed: 1 }] })), /body 3/);
 });
 
 test('a body that appears is shown where it is, whatever frames come before a picture', () => {
-  const { bodies } = make();
-  bodies.apply(appear(2n));
-  bodies.apply(frame({ changed: [{ id: 2n, difference: [UNITS_PER_METRE, 0, 0] }] }));
-  assert.equal(bodies.previous[POSE_PARTS * bodies.find('2')], 1);
+  const { motion, apply } = make();
+  apply(appear(2n));
+  apply(frame({ changed: [{ id: 2n, difference: [UNITS_PER_METRE, 0, 0] }] }));
+  assert.equal(x(motion, 2n, motion.previous), 1);
+  assert.equal(x(motion, 2n, motion.shown), 1);
 });
 
-test('a body that rests stays to be drawn until a picture has shown it', () => {
-  const { bodies } = make();
-  bodies.apply(appear(2n));
-  for (let frames = 0; frames < 3; ++frames) bodies.apply(frame({}));
-  assert.equal(bodies.moving_count, 1);
-  bodies.interpolate(1);
-  bodies.apply(frame({}));
-  assert.equal(bodies.moving_count, 0);
+test('a body is shown on its way, and goes on from there when the next frame comes early', () => {
+  const { motion, apply } = make();
+  apply(appear(2n));
+  apply(frame({ changed: [{ id: 2n, difference: [UNITS_PER_METRE, 0, 0] }] }));
+  motion.interpolate(0.25);
+  assert.equal(x(motion, 2n, motion.shown), 1.25);
+  apply(frame({ changed: [{ id: 2n, difference: [UNITS_PER_METRE, 0, 0] }] }), 0.5);
+  motion.interpolate(0.5);
+  assert.equal(x(motion, 2n, motion.shown), 2.25, 'half way from 1.5 to 3');
+});
+
+test('a body that has arrived is no work until it moves again', () => {
+  const { motion, apply } = make();
+  apply(appear(2n, 3n));
+  apply(frame({ changed: [{ id: 2n, difference: [UNITS_PER_METRE, 0, 0] }] }));
+  assert.equal(motion.moving_count, 1);
+  assert.equal(motion.interpolate(1), true);
+  assert.equal(motion.moving_count, 0);
+  assert.equal(motion.interpolate(1), false);
+  assert.equal(x(motion, 2n, motion.shown), 2);
+});
+
+test('a body that vanishes on its way leaves the others on theirs', () => {
+  const { motion, apply } = make();
+  apply(appear(1n, 2n, 3n));
+  apply(frame({ changed: [1n, 2n, 3n].map((id) => ({ id, difference: [UNITS_PER_METRE, 0, 0] as [number, number, number] })) }));
+  apply(frame({ vanished: [2n] }), 0.5);
+  assert.equal(motion.moving_count, 2);
+  motion.interpolate(1);
+  assert.deepEqual([1n, 3n].map((id) => x(motion, id, motion.shown)), [2, 2]);
+});
+
+test('after a new beginning bodies have the same slots on both sides, whatever each has seen before', () => {
+  const { bodies, motion, apply } = make();
+  apply(appear(...Array.from({ length: 300 }, (_, at) => BigInt(at + 1))));
+  motion.apply(appear(...Array.from({ length: 900 }, (_, at) => BigInt(at + 1000))), 1); // of this the page hears nothing
+  bodies.clear();
+  motion.clear();
+  apply(appear(...Array.from({ length: 400 }, (_, at) => BigInt(at + 1))));
+  apply(frame({ vanished: [3n, 7n] }));
+  apply(appear(4000n, 5000n, 6000n));
 });
 
 test('bodies are found by name: whole, beginning, part', () => {
-  const { bodies } = make();
-  bodies.apply(appear(7n, 12n, 120n));
+  const { bodies, apply } = make();
+  apply(appear(7n, 12n, 120n));
   assert.equal(bodies.id(bodies.findName('body-12')), '12');
   assert.equal(bodies.id(bodies.findName('Y-7')), '7');
   assert.equal(bodies.findName('nothing'), -1);

@@ -49,6 +49,7 @@ export class WorldView {
   private map: PartitionMap | null = null;
   private bounds = [-50, 0, -50, 50, 20, 50];
   private theme = DARK;
+  private faster = false; // speeds have come since the last picture
 
   private readonly values: Values;
 
@@ -186,11 +187,17 @@ export class WorldView {
     else this.flashes.set(slot, performance.now() / 1000);
   }
 
-  recolourTouched(): void {
-    for (let index = 0; index < this.bodies.touched_count; ++index) {
-      const slot = this.bodies.touched[index]!;
+  // The states of these bodies have changed: slot, state, slot, state, ...
+  recolourChanged(states: number[]): void {
+    for (let at = 0; at < states.length; at += 2) {
+      const slot = states[at]!;
       if (!this.flashes.has(slot)) this.recolour(slot);
     }
+  }
+
+  posed(): void {
+    this.batches.posed();
+    this.faster = true;
   }
 
   clear(): void {
@@ -226,10 +233,10 @@ export class WorldView {
     this.rig.camera.updateProjectionMatrix();
   }
 
-  // The page's own work for a picture: poses, colours, camera.
-  update(fraction: number, now_s: number): void {
-    this.bodies.interpolate(fraction);
-    this.batches.posed();
+  // The page's own work for a picture: colours, camera.
+  update(now_s: number): void {
+    if (this.mode === 'speed' && this.faster) this.recolourAll();
+    this.faster = false;
     this.fade(now_s);
     this.contacts.fade(now_s);
     this.mark(now_s);
@@ -268,7 +275,10 @@ export class WorldView {
   }
 
   private recolourAll(): void {
-    for (let place = 0; place < this.bodies.count; ++place) this.recolour(this.bodies.order[place]!);
+    for (let place = 0; place < this.bodies.count; ++place) {
+      const slot = this.bodies.order[place]!;
+      if (!this.flashes.has(slot)) this.recolour(slot);
+    }
   }
 
   private fade(now_s: number): void {
