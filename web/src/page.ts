@@ -212,10 +212,6 @@ export class Page implements SessionListener {
     this.tools.setRegions(map.regions.map((region) => region.region));
   }
 
-  posed(): void {
-    this.view.posed();
-  }
-
   framed(frame: FrameTold): void {
     this.view.recolourChanged(frame.states);
     this.findOwn();
@@ -363,9 +359,9 @@ export class Page implements SessionListener {
     const seconds = Math.min(0.1, since_s);
     this.last_s = now_s;
     if (document.body.classList.contains('listing')) return;
-    this.session.feed.drawing(now_s + Math.min(LONGEST_PICTURE_S, since_s));
     this.steer(now_s, seconds);
     this.view.update(now_s);
+    this.session.drawing(now_s + Math.min(LONGEST_PICTURE_S, since_s));
     this.labels.draw(this.session.bodies, this.view, this.names);
     const own_ms = performance.now() - begin;
     this.view.render();

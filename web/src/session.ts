@@ -23,7 +23,6 @@ export interface SessionListener extends BodyListener {
   tiled(tiles: TileEntry[]): void;
   mapped(map: PartitionMap): void;
   framed(frame: FrameTold): void;
-  posed(): void; // bodies are shown elsewhere
   deadChanged(): void;
   linked(state: LinkState): void;
   said(message: JsonMessage): void;
@@ -58,6 +57,7 @@ export class Session {
   selected = '';
   readonly feed: Feed;
   private poses: Poses | null = null; // that bodies are shown with
+  private done: Poses[] = []; // that they were shown with since the last picture
   private number = 0;
   private readonly asked = new Map<number, Asked>();
   private looked_at: number[] | null = null; // as this connection was told
@@ -88,6 +88,12 @@ export class Session {
 
   retryNow(): void {
     this.feed.retryNow();
+  }
+
+  // A picture shows the bodies as they are now; the next is likely at that time.
+  drawing(next_s: number): void {
+    this.feed.drawing(next_s, this.done);
+    this.done = [];
   }
 
   send(message: object): boolean {
@@ -162,8 +168,7 @@ export class Session {
 
   private pose(poses: Poses): void {
     this.bodies.pose(poses);
-    this.listener.posed();
-    if (this.poses) this.feed.reuse(this.poses);
+    if (this.poses) this.done.push(this.poses);
     this.poses = poses;
   }
 

@@ -51,18 +51,13 @@ export class Feed {
     return this.ready;
   }
 
-  // A picture begins; the next is likely at that time.
-  drawing(next_s: number): void {
-    if (this.opened) this.tell({ do: 'draw', next_s });
+  // A picture begins; the next is likely at that time. These poses are shown no more.
+  drawing(next_s: number, done: Poses[]): void {
+    if (this.opened) this.tell({ do: 'draw', next_s, done }, done.map(({ shown }) => shown.buffer));
   }
 
-  // These poses are shown no more.
-  reuse(poses: Poses): void {
-    this.worker.postMessage({ do: 'reuse', poses } satisfies ToWorker, [poses.shown.buffer, poses.speed.buffer]);
-  }
-
-  private tell(message: ToWorker): void {
-    this.worker.postMessage(message);
+  private tell(message: ToWorker, transfer: Transferable[] = []): void {
+    this.worker.postMessage(message, transfer);
   }
 
   private take(message: ToPage): void {

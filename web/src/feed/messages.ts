@@ -11,10 +11,9 @@ export interface FrameTold extends Pick<Frame, 'kind' | 'tick' | 'time' | 'pause
   states: number[]; // slot, state, ...
 }
 
-// Of all bodies by slot. They travel to the page, and come back to be written anew.
+// They travel to the page, and come back to be written anew.
 export interface Poses {
-  shown: Float32Array<ArrayBuffer>; // POSE_PARTS each
-  speed: Float32Array<ArrayBuffer>; // m/s
+  shown: Float32Array<ArrayBuffer>; // POSE_PARTS for each slot
   moving: number; // bodies on their way
 }
 
@@ -26,8 +25,8 @@ export type ToWorker =
   | { do: 'retry' }
   | { do: 'send'; text: string }
   | { do: 'fail'; why: string } // a message that the page could not take
-  | { do: 'draw'; next_s: number } // a picture begins, and the next is likely then
-  | { do: 'reuse'; poses: Poses };
+  // A picture begins, and the next is likely at next_s; the poses are shown no more.
+  | { do: 'draw'; next_s: number; done: Poses[] };
 
 // `link` is that of the `open` that it belongs to.
 export type ToPage = { link: number } & (

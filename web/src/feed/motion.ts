@@ -3,7 +3,7 @@
 // `current` is the pose that the newest frame has, `previous` where the body was shown when that came, and `shown` lies
 // between the two.
 
-import { Bodies, POSE_PARTS, TURN, grown } from '../world/bodies.ts';
+import { Bodies, POSE_PARTS, SPEED, TURN, grown } from '../world/bodies.ts';
 import { type Frame, Changed, UNITS_PER_METRE, idText } from '../protocol/messages.ts';
 import { unpackOrientation } from '../protocol/orientation.ts';
 import { ProtocolError } from '../protocol/reader.ts';
@@ -15,7 +15,6 @@ export class Motion {
   previous = new Float32Array(0);
   current = new Float32Array(0);
   shown = new Float32Array(0);
-  speed = new Float32Array(0);
   moving_count = 0;
 
   private moving = new Int32Array(0); // slots whose pose is on its way
@@ -117,7 +116,7 @@ export class Motion {
       if (mask & Changed.orientation) unpackOrientation(changed.orientation[index]!, current, POSE_PARTS * slot + TURN);
       if (mask & (Changed.position | Changed.orientation)) this.move(slot);
       if (mask & Changed.state) told.states.push(slot, changed.state[index]!);
-      if (mask & Changed.speed) this.speed[slot] = changed.speed[index]!;
+      if (mask & Changed.speed) current[POSE_PARTS * slot + SPEED] = this.shown[POSE_PARTS * slot + SPEED] = changed.speed[index]!;
       if (mask & Changed.owner) told.owners.push(slot, changed.owner[index]!);
     }
   }
@@ -138,7 +137,6 @@ export class Motion {
   private begin(slot: number): void {
     this.fit(this.bodies.capacity);
     this.units.fill(0, 3 * slot, 3 * slot + 3);
-    this.speed[slot] = 0;
     this.is_new[slot] = 1;
     this.is_moving[slot] = 0;
     for (const pose of [this.previous, this.current, this.shown]) {
@@ -159,7 +157,6 @@ export class Motion {
     this.moving = grown(this.moving, new Int32Array(capacity));
     this.is_moving = grown(this.is_moving, new Uint8Array(capacity));
     this.is_new = grown(this.is_new, new Uint8Array(capacity));
-    this.speed = grown(this.speed, new Float32Array(capacity));
     this.units = grown(this.units, new Float64Array(3 * capacity));
     this.previous = grown(this.previous, new Float32Array(POSE_PARTS * capacity));
     this.current = grown(this.current, new Float32Array(POSE_PARTS * capacity));

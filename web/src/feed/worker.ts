@@ -11,7 +11,7 @@ import type { Poses, ToPage, ToWorker } from './messages.ts';
 import { Motion } from './motion.ts';
 
 const SOONEST_S = 0.004; // a page draws no sooner after it was sent something
-const SPARE = 4; // poses that are kept to be written anew
+const SPARE = 8; // poses that are kept to be written anew
 
 const motion = new Motion();
 const spare: Poses[] = [];
@@ -27,17 +27,16 @@ const clock = () => (performance.timeOrigin - origin_ms + performance.now()) / 1
 const scope = self as unknown as { postMessage(message: ToPage, transfer?: Transferable[]): void; onmessage: ((event: MessageEvent<ToWorker>) => void) | null };
 
 function post(message: ToPage, poses?: Poses): void {
-  scope.postMessage(message, poses ? [poses.shown.buffer, poses.speed.buffer] : []);
+  scope.postMessage(message, poses ? [poses.shown.buffer] : []);
 }
 
 // As they will be when the page draws next.
 function poses(now_s: number): Poses {
   motion.interpolate(playout.fraction(Math.max(now_s + SOONEST_S, next_s)));
-  const { shown, speed, moving_count: moving } = motion;
+  const { shown, moving_count: moving } = motion;
   const free = spare.pop();
-  if (!free || free.shown.length !== shown.length) return { shown: shown.slice(), speed: speed.slice(), moving };
+  if (!free || free.shown.length !== shown.length) return { shown: shown.slice(), moving };
   free.shown.set(shown);
-  free.speed.set(speed);
   free.moving = moving;
   return free;
 }
@@ -87,12 +86,10 @@ scope.onmessage = ({ data: message }) => {
       return;
     case 'draw':
       next_s = message.next_s;
+      spare.push(...message.done.slice(0, SPARE - spare.length));
       if (motion.moving_count > 0) {
         const ready = poses(clock());
         post({ link, told: 'poses', poses: ready }, ready);
       }
-      return;
-    case 'reuse':
-      if (spare.length < SPARE) spare.push(message.poses);
   }
 };

@@ -48,7 +48,7 @@ export class DetailPanel {
       ['id', this.body],
       ['owner', `region ${bodies.owner[slot]}${detail ? `, epoch ${detail.epoch}` : ''}`],
       ['position', vector(detail?.position ?? bodies.shown.subarray(at, at + 3), 2, 'm')],
-      ['speed', `${number(bodies.speed[slot]!, 2)} m/s`],
+      ['speed', `${number(bodies.speed(slot), 2)} m/s`],
     ];
     if (detail) {
       facts.push(['velocity', vector(detail.linear_velocity, 2, 'm/s')]);

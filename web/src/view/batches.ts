@@ -66,7 +66,7 @@ export class Batches {
       detail.set(this.detail);
       Object.assign(this, { place, detail });
     }
-    this.textures.reserve(slot + 1, this.bodies.shown);
+    this.textures.reserve(slot + 1, this.bodies.capacity, this.bodies.shown);
     this.of[slot] = batch;
     this.put(slot, batch, batch.packs.length - 1);
   }

@@ -74,7 +74,7 @@ export function bodyColour(bodies: Bodies, slot: number, mode: ColourMode, dead:
       return scaled;
     }
     case 'speed':
-      return ramp(Math.sqrt(bodies.speed[slot]! / FASTEST_MPS));
+      return ramp(Math.sqrt(bodies.speed(slot) / FASTEST_MPS));
     case 'sleep':
       return asleep ? linear('#4a5a78') : linear('#ffb347');
     case 'mass':

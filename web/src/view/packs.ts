@@ -80,11 +80,11 @@ export class BodyTextures {
   readonly colours = { value: colourTexture(new Uint8Array(4 * ROW), 1) };
   private rows = 1;
 
-  // Has room for slots below this.
-  reserve(slots: number, poses: Float32Array): void {
+  // Has room for slots below this, of at most so many.
+  reserve(slots: number, capacity: number, poses: Float32Array): void {
     if (slots <= ROW * this.rows) return;
     // A picture uploads all rows, so there are few more of them than are needed.
-    while (slots > ROW * this.rows) this.rows = Math.ceil(1.25 * this.rows);
+    while (slots > ROW * this.rows) this.rows = Math.min(Math.ceil(1.25 * this.rows), Math.ceil(capacity / ROW));
     const colours = new Uint8Array(4 * ROW * this.rows);
     colours.set(this.colours.value.image.data as Uint8Array);
     this.poses.value.dispose();

@@ -49,7 +49,8 @@ export class WorldView {
   private map: PartitionMap | null = null;
   private bounds = [-50, 0, -50, 50, 20, 50];
   private theme = DARK;
-  private faster = false; // speeds have come since the last picture
+  private size = { width: 1, height: 1 }; // of the canvas, as the page sees it: asking it costs a layout
+  private posed: Float32Array | null = null; // as the last picture has them
 
   private readonly values: Values;
 
@@ -195,11 +196,6 @@ export class WorldView {
     }
   }
 
-  posed(): void {
-    this.batches.posed();
-    this.faster = true;
-  }
-
   clear(): void {
     this.batches.clear();
     this.tiles.clear();
@@ -221,13 +217,13 @@ export class WorldView {
 
   // Where a point of the world is on the screen, or null where it is behind.
   project(x: number, y: number, z: number): { x: number; y: number } | null {
-    const canvas = this.renderer.domElement;
     const point = new THREE.Vector3(x, y, z).project(this.rig.camera);
     if (point.z > 1) return null;
-    return { x: ((point.x + 1) / 2) * canvas.clientWidth, y: ((1 - point.y) / 2) * canvas.clientHeight };
+    return { x: ((point.x + 1) / 2) * this.size.width, y: ((1 - point.y) / 2) * this.size.height };
   }
 
   resize(width: number, height: number): void {
+    this.size = { width, height };
     this.renderer.setSize(width, height, false);
     this.rig.camera.aspect = width / Math.max(1, height);
     this.rig.camera.updateProjectionMatrix();
@@ -235,8 +231,11 @@ export class WorldView {
 
   // The page's own work for a picture: colours, camera.
   update(now_s: number): void {
-    if (this.mode === 'speed' && this.faster) this.recolourAll();
-    this.faster = false;
+    if (this.bodies.shown !== this.posed) {
+      this.posed = this.bodies.shown;
+      this.batches.posed();
+      if (this.mode === 'speed') this.recolourAll();
+    }
     this.fade(now_s);
     this.contacts.fade(now_s);
     this.mark(now_s);

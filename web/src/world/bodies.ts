@@ -1,14 +1,16 @@
 // Bodies: what the page knows of each moving body, in columns, so that thousands cost little.
 //
 // A body has a slot, an index of the columns, from when it appears until it vanishes: the same wherever the same bodies
-// have appeared and vanished since the last `clear`. Poses are 8 numbers: position x, y, z, one that is not used, and
+// have appeared and vanished since the last `clear`. Poses are 8 numbers: position x, y, z in m, speed in m/s, and
 // orientation x, y, z, w, as the texture has them that bodies are drawn from.
 
 import type { FrameTold, Poses } from '../feed/messages.ts';
 import { type Appeared, idHalves, idText } from '../protocol/messages.ts';
 
 export const POSE_PARTS = 8;
-export const TURN = 4; // where a pose has its orientation
+// Where a pose has its speed and its orientation.
+export const SPEED = 3;
+export const TURN = 4;
 
 export interface BodyListener {
   appeared(slot: number): void;
@@ -27,7 +29,6 @@ export class Bodies {
   mass = new Float32Array(0);
   owner = new Uint32Array(0);
   state = new Uint8Array(0);
-  speed = new Float32Array(0);
   // Where they are shown, and how many of them are on their way to where they are.
   shown = new Float32Array(0);
   moving_count = 0;
@@ -44,6 +45,10 @@ export class Bodies {
 
   get capacity(): number {
     return this.shape.length;
+  }
+
+  speed(slot: number): number {
+    return this.shown[POSE_PARTS * slot + SPEED]!;
   }
 
   id(slot: number): string {
@@ -91,9 +96,8 @@ export class Bodies {
   }
 
   // Their own are void from now on.
-  pose({ shown, speed, moving }: Poses): void {
+  pose({ shown, moving }: Poses): void {
     this.shown = shown;
-    this.speed = speed;
     this.moving_count = moving;
   }
 
@@ -165,7 +169,8 @@ export class Bodies {
   private grow(): void {
     const old = this.capacity;
     const capacity = Math.max(256, 2 * old);
-    for (let slot = capacity - 1; slot >= old; --slot) this.free.push(slot);
+    // The lowest slots come first, so that what is sent and drawn by slot is short.
+    this.free.unshift(...Array.from({ length: capacity - old }, (_, at) => capacity - 1 - at));
     this.resize(capacity);
   }
 
@@ -178,7 +183,6 @@ export class Bodies {
     this.mass = grown(this.mass, new Float32Array(capacity));
     this.owner = grown(this.owner, new Uint32Array(capacity));
     this.state = grown(this.state, new Uint8Array(capacity));
-    this.speed = grown(this.speed, new Float32Array(capacity));
     this.order = grown(this.order, new Int32Array(capacity));
     this.shown = grown(this.shown, new Float32Array(POSE_PARTS * capacity));
   }
