@@ -1,6 +1,7 @@
 // Measures the page, as a recorded feed of 5000 bodies moves it, against a bare page that draws the same bodies with one
-// InstancedMesh and no more: from the same camera, on as many pixels. Frame rate, script time a frame against copying 5000
-// matrices, size, requests, complaints. Frames are not capped; the two pages take turns, so that a busy machine slows
+// InstancedMesh and no more: from the same camera, on as many pixels. It draws boxes, and in turns with them the geometry
+// that the page draws each body with. Frame rate, script time a frame against copying 5000 matrices, size, requests,
+// complaints. Frames are not capped; the two pages take turns, so that a busy machine slows
 // both, and the feed waits while the bare page has its turn. The feed is that of a gateway, kept by --record, or else the
 // fake gateway's. With --load it measures instead what a browser loads of a real gateway, and how soon the page draws.
 //
@@ -36,37 +37,58 @@ const renderer = new THREE.WebGLRenderer({ canvas, antialias: false });
 const scene = new THREE.Scene();
 const camera = new THREE.PerspectiveCamera();
 scene.add(new THREE.HemisphereLight('#fff', '#888', 1.5), new THREE.DirectionalLight('#fff', 2));
-let mesh, matrices;
+let sets;
 window.bare = {
   copy_ms: [],
-  begin({ poses, eye, target, fov, near, far, width, height }) {
+  same: false,
+  begin({ poses, shapes, eye, target, fov, near, far, width, height }) {
     renderer.setSize(width, height, false);
     Object.assign(camera, { fov, near, far, aspect: width / height });
     camera.position.fromArray(eye);
     camera.lookAt(...target);
     camera.updateProjectionMatrix();
     const one = new THREE.Vector3(1, 1, 1);
-    matrices = poses.map((pose) => new THREE.Matrix4().compose(new THREE.Vector3(...pose.slice(0, 3)), new THREE.Quaternion(...pose.slice(3)), one));
-    mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(1, 1, 1), new THREE.MeshLambertMaterial(), matrices.length);
-    mesh.frustumCulled = false;
-    scene.add(mesh);
+    const drawn = (geometry, poses) => {
+      const matrices = poses.map((pose) => new THREE.Matrix4().compose(new THREE.Vector3(...pose.slice(0, 3)), new THREE.Quaternion(...pose.slice(3)), one));
+      const mesh = new THREE.InstancedMesh(geometry, new THREE.MeshLambertMaterial(), matrices.length);
+      mesh.frustumCulled = false;
+      scene.add(mesh);
+      return { mesh, matrices };
+    };
+    const geometryOf = ({ positions, normals, index }) => {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.Float32BufferAttribute(positions, 3));
+      geometry.setAttribute('normal', new THREE.Float32BufferAttribute(normals, 3));
+      return geometry.setIndex(index);
+    };
+    sets = [[drawn(new THREE.BoxGeometry(1, 1, 1), poses)], shapes.map((shape) => drawn(geometryOf(shape), shape.poses))];
   },
   picture() {
     const begin = performance.now();
-    for (let index = 0; index < matrices.length; ++index) mesh.setMatrixAt(index, matrices[index]);
-    mesh.instanceMatrix.needsUpdate = true;
-    bare.copy_ms.push(performance.now() - begin);
+    sets.forEach((set, same) => set.forEach(({ mesh }) => (mesh.visible = bare.same === (same === 1))));
+    for (const { mesh, matrices } of sets[bare.same ? 1 : 0]) {
+      for (let index = 0; index < matrices.length; ++index) mesh.setMatrixAt(index, matrices[index]);
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+    if (!bare.same) bare.copy_ms.push(performance.now() - begin);
     renderer.render(scene, camera);
   },
 };`;
 
-// The picture that the page draws now: where its bodies are, its camera, and how many pixels it draws on.
+// The picture that the page draws now: where its bodies are, what they are drawn with, its camera, and how many pixels it
+// draws on.
 const SCENE = `(() => {
   const { session: { bodies }, view } = tessera;
   const canvas = document.getElementById('world');
   const { fov, near, far, position } = view.rig.camera;
-  const poses = [...bodies.order.slice(0, bodies.count)].map((slot) => [0, 1, 2, 4, 5, 6, 7].map((part) => bodies.shown[8 * slot + part]));
-  return { poses, eye: position.toArray(), target: view.rig.target, fov, near, far, width: canvas.width, height: canvas.height };
+  const poseOf = (slot) => [0, 1, 2, 4, 5, 6, 7].map((part) => bodies.shown[8 * slot + part]);
+  const poses = [...bodies.order.slice(0, bodies.count)].map(poseOf);
+  const shapes = [...view.batches.packs()].filter((pack) => pack.count > 0).map((pack) => {
+    const { attributes, index } = pack.mesh.geometry;
+    const one = (array) => [...array.slice(0, array.length / pack.copies)];
+    return { positions: one(attributes.position.array), normals: one(attributes.normal.array), index: one(index.array), poses: [...pack.slots.slice(0, pack.count)].map(poseOf) };
+  });
+  return { poses, shapes, eye: position.toArray(), target: view.rig.target, fov, near, far, width: canvas.width, height: canvas.height };
 })()`;
 
 
@@ -160,6 +182,7 @@ async function compare(feed: FeedMessage[]): Promise<Record<string, Figure>> {
   await plain.page.evaluate(`bare.begin(${JSON.stringify(scene)})`);
 
   const bare_rates: number[] = [];
+  const same_rates: number[] = [];
   const page_rates: number[] = [];
   const own: number[][] = [];
   const copies: number[][] = [];
@@ -168,6 +191,9 @@ async function compare(feed: FeedMessage[]): Promise<Record<string, Figure>> {
     await plain.page.evaluate('bare.copy_ms.length = 0');
     bare_rates.push(await drawn(plain.page, 'bare'));
     copies.push((await plain.page.evaluate('bare.copy_ms')) as number[]);
+    await plain.page.evaluate('bare.same = true');
+    same_rates.push(await drawn(plain.page, 'bare'));
+    await plain.page.evaluate('bare.same = false');
     await inspector.page.evaluate('tessera.perf.reset()');
     gateway.play();
     page_rates.push(await drawn(inspector.page, 'tessera.page'));
@@ -179,8 +205,10 @@ async function compare(feed: FeedMessage[]): Promise<Record<string, Figure>> {
   await gateway.close();
   return {
     frame_rate_ratio: spread(page_rates.map((rate, round) => rate / bare_rates[round]!)),
+    frame_rate_ratio_same_shapes: spread(page_rates.map((rate, round) => rate / same_rates[round]!)),
     page_frames_per_s: spread(page_rates),
     bare_page_frames_per_s: spread(bare_rates),
+    bare_page_same_shapes_frames_per_s: spread(same_rates),
     // All frames together; the spread is that of the rounds.
     script_time_ratio: { ...spread(own.map((ms, round) => p95(ms) / p95(copies[round]!))), value: p95(own.flat()) / p95(copies.flat()) },
     page_script_p95_ms: { ...spread(own.map(p95), 'ms'), value: p95(own.flat()) },

@@ -9,10 +9,10 @@ const PLANE_HALF_M = 2000;
 export type ShapeTable = Map<number, Shape>;
 
 // How round what is round is drawn: a large part of a level or a body nearby, down to one of many bodies far away.
-export type Detail = 'fine' | 'usual' | 'coarse' | 'far';
-export const DETAILS: readonly Detail[] = ['fine', 'usual', 'coarse', 'far'];
+export type Detail = 'fine' | 'usual' | 'coarse' | 'far' | 'speck';
+export const DETAILS: readonly Detail[] = ['fine', 'usual', 'coarse', 'far', 'speck'];
 
-// Sides of a circle, rings of a capsule's end, how often the faces of an icosahedron are parted; how much larger the shape
+// Sides of a circle, rings of a capsule's end, how often the faces of an icosahedron are parted (-1: an octahedron); how much larger the shape
 // is drawn, so that it covers as many pixels as a round one; and the most pixels that its radius has on the screen then, so
 // that its outline is off by about one.
 const ROUND = {
@@ -20,6 +20,7 @@ const ROUND = {
   usual: { sides: 14, rings: 4, parted: 2, swell: 1, pixels: 50 },
   coarse: { sides: 8, rings: 2, parted: 1, swell: 1.04, pixels: 14 },
   far: { sides: 5, rings: 1, parted: 0, swell: 1.14, pixels: 5 },
+  speck: { sides: 4, rings: 1, parted: -1, swell: 1.3, pixels: 2.5 },
 };
 
 const STAYS = 1.15; // a body has to be so much larger or smaller than the bound to leave its detail
@@ -66,7 +67,7 @@ export function makeGeometry(shape: Shape, table: ShapeTable, detail: Detail): T
 
 // Each corner once: three.js gives each face its own.
 function sphere(radius: number, parted: number): THREE.BufferGeometry {
-  const faces = new THREE.IcosahedronGeometry(radius, parted);
+  const faces = parted < 0 ? new THREE.OctahedronGeometry(radius) : new THREE.IcosahedronGeometry(radius, parted);
   faces.deleteAttribute('uv');
   return mergeVertices(faces);
 }

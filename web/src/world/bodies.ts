@@ -170,7 +170,7 @@ export class Bodies {
     const old = this.capacity;
     const capacity = Math.max(256, 2 * old);
     // The lowest slots come first, so that what is sent and drawn by slot is short.
-    this.free.unshift(...Array.from({ length: capacity - old }, (_, at) => capacity - 1 - at));
+    this.free = [...Array.from({ length: capacity - old }, (_, at) => capacity - 1 - at), ...this.free];
     this.resize(capacity);
   }
 
