@@ -175,6 +175,15 @@ test('a message that cannot be read is said, and the picture begins anew', async
   });
 });
 
+test('a page whose worker cannot be had says so', async () => {
+  const fake = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: 10, still: true });
+  const at = await fake.listen();
+  const { page } = await open(browser, `${at}/#plaza-1`, { size: SMALL, before: (fresh) => fresh.context().route('**/assets/feed.js', (route) => route.abort()) });
+  await page.locator('#banner', { hasText: 'A part of this page could not be loaded' }).waitFor(WAIT);
+  await page.context().close();
+  await fake.close();
+});
+
 test('a recording that is damaged, or is not there, says so and is not asked for again', async () => {
   await apart(async (shown, _fake, at) => {
     await shown.goto(`${at}/#play/${DAMAGED}`);

@@ -22,6 +22,10 @@ export class Feed {
   constructor(listener: FeedListener) {
     this.listener = listener;
     this.worker = new Worker(new URL('feed.js', import.meta.url), { type: 'module' });
+    this.worker.onerror = () => {
+      this.opened = this.ready = false;
+      this.listener.changed({ state: 'waiting', again_at_s: Infinity, why: 'a part of this page could not be loaded or has failed: reload the page', code: 'no_worker' });
+    };
     this.worker.onmessage = (event: MessageEvent<ToPage>) => {
       const begin = performance.now();
       if (this.opened && event.data.link === this.link) this.take(event.data);
