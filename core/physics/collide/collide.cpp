@@ -39,14 +39,23 @@ LocalPose PoseOf(const OrderedPair& pair, Vec3d between) {
           .a_in_b = {along(rb.x), along(rb.y), along(rb.z)}};
 }
 
+// The same of what quick searches look at: a ball's centre, a capsule's axis.
+LocalPose QuickPoseOf(const OrderedPair& pair, Vec3d between) {
+  if (pair.b.kind == GeometryKind::kPlane) return PoseOf(pair, between);
+  LocalPose pose;
+  pose.position = Into(pair.at_a.rotation, Vec3f(between));
+  if (pair.b.kind == GeometryKind::kCapsule) pose.rotation.y = Into(pair.at_a.rotation, pair.at_b.rotation.y);
+  return pose;
+}
+
 // --- Reuse.
 
 // Searching is as quick as remembering.
-bool Quick(const OrderedPair& pair) {
+bool Quick(const Geometry& a, const Geometry& b) {
   const auto round = [](GeometryKind kind) { return kind == GeometryKind::kSphere || kind == GeometryKind::kCapsule; };
-  if (pair.b.kind == GeometryKind::kPlane) return round(pair.a.kind) || pair.a.kind == GeometryKind::kBox;
-  if (pair.b.kind == GeometryKind::kSphere) return round(pair.a.kind) || pair.a.kind == GeometryKind::kBox;
-  return round(pair.a.kind) && round(pair.b.kind);
+  if (b.kind == GeometryKind::kPlane) return round(a.kind) || a.kind == GeometryKind::kBox;
+  if (b.kind == GeometryKind::kSphere) return round(a.kind) || a.kind == GeometryKind::kBox;
+  return round(a.kind) && round(b.kind);
 }
 
 // How far any point of the smaller body may have moved against the other before the two are searched anew.
@@ -85,28 +94,44 @@ void Anchor(const LocalPose& pose, LocalManifold* manifold) {
 // From the frame of the search to the world's axes.
 struct Outlet {
   const OrderedPair& pair;
-  const LocalPose& pose;
   Vec3f between;  // from a's centre of mass to b's, world axes
   float speculative_m;
 
-  // `on_b(point)` gives where b's anchor is now, in a's frame. Sets all but what the solver writes.
+  // Anchors of b by now, in a's frame, and separations there. `on_b(point)` gives the former.
+  struct Anchors {
+    std::array<Vec3f, kManifoldPoints> on_b;
+    std::array<float, kManifoldPoints> separation_m;
+    int near = 0;  // number of points that are not too far apart
+  };
   template <class OnB>
-  void Write(const LocalManifold& from, OnB on_b, Manifold* to) const {
-    int count = 0;
-    for (int i = 0; i < from.count; ++i) {
-      const LocalPoint& point = from.points[static_cast<std::size_t>(i)];
-      const Vec3f there = on_b(point);
-      const float separation = Dot(there - point.on_a, from.normal);
-      if (separation > speculative_m) continue;
-      const Vec3f r_a = pair.at_a.rotation * ((point.on_a + there) * 0.5f), r_b = r_a - between;
-      ManifoldPoint& out = to->points[static_cast<std::size_t>(count++)];
+  Anchors AnchorsOf(const LocalManifold& from, OnB on_b) const {
+    Anchors anchors;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(from.count); ++i) {
+      anchors.on_b[i] = on_b(from.points[i]);
+      anchors.separation_m[i] = Dot(anchors.on_b[i] - from.points[i].on_a, from.normal);
+      if (!(anchors.separation_m[i] > speculative_m)) ++anchors.near;
+    }
+    return anchors;
+  }
+
+  // Sets all but what the solver writes. With `kKeep`, all points are near, and `to` has them with their impulses.
+  template <bool kKeep>
+  void Write(const LocalManifold& from, const Anchors& anchors, Manifold* to) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(from.count); ++i) {
+      if (!kKeep && anchors.separation_m[i] > speculative_m) continue;
+      const LocalPoint& point = from.points[i];
+      const Vec3f r_a = pair.at_a.rotation * ((point.on_a + anchors.on_b[i]) * 0.5f), r_b = r_a - between;
+      ManifoldPoint& out = to->points[count++];
       out.r_a = pair.flipped ? r_b : r_a;
       out.r_b = pair.flipped ? r_a : r_b;
-      out.separation_m = separation;
+      out.separation_m = anchors.separation_m[i];
+      out.total_impulse = 0;
+      if constexpr (kKeep) continue;
       out.feature = point.feature;
-      out.normal_impulse = out.total_impulse = 0;
+      out.normal_impulse = 0;
     }
-    to->count = count;
+    to->count = static_cast<int>(count);
     const Vec3f normal = pair.at_a.rotation * from.normal;
     to->normal = pair.flipped ? -normal : normal;
     to->key = from.key;
@@ -161,25 +186,27 @@ void SearchOne(const OrderedPair& pair, const LocalPose& pose, float reach_m, Co
   }
 }
 
-// In place: it is still warm from the last step.
+// In place: it is still warm from the last step. `again`: the last call wrote the same manifold. Where it wrote all of
+// its points, and they are all written now, each has its impulse already.
 template <class OnB>
-void WriteOne(const Outlet& outlet, const LocalManifold& manifold, OnB on_b, Manifolds& manifolds) {
-  if (manifold.count == 0) {
+void WriteOne(const Outlet& outlet, const LocalManifold& manifold, bool again, OnB on_b, Manifolds& manifolds) {
+  const Outlet::Anchors anchors = outlet.AnchorsOf(manifold, on_b);
+  if (anchors.near == 0) {
     manifolds.clear();
     return;
   }
   const bool fresh = manifolds.empty();
   if (fresh) manifolds.resize(1);
   Manifold& now = manifolds[0];
+  if (again && now.count == manifold.count && anchors.near == manifold.count) {
+    outlet.Write<true>(manifold, anchors, &now);
+    return;
+  }
   std::array<ManifoldPoint, kManifoldPoints> olds;
   const auto count = static_cast<std::size_t>(now.count);
   std::copy_n(now.points.begin(), count, olds.begin());
-  outlet.Write(manifold, on_b, &now);
-  if (now.count == 0) {
-    manifolds.clear();
-  } else if (!fresh) {
-    CarryOver(std::span(olds).first(count), CarryTolerance(outlet.pair), &now);
-  }
+  outlet.Write<false>(manifold, anchors, &now);
+  if (!fresh) CarryOver(std::span(olds).first(count), CarryTolerance(outlet.pair), &now);
 }
 
 // --- Pairs with any number.
@@ -205,20 +232,22 @@ void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, Manifold
     while (old != parts.previous.cend() && old->key < local.key) ++old;
     const bool stays = old != parts.previous.cend() && old->key == local.key;
     Manifold now = stays ? *old : Manifold();
-    outlet.Write(local, on_b, &now);
+    outlet.Write<false>(local, outlet.AnchorsOf(local, on_b), &now);
     if (now.count == 0) continue;
     if (stays) CarryOver(std::span(old->points).first(static_cast<std::size_t>(old->count)), tolerance, &now);
     manifolds.push_back(now);
   }
 }
 
-// Nothing is remembered but the axis.
-void CollideQuick(const OrderedPair& pair, const LocalPose& pose, const Outlet& outlet, PairCache& cache,
-                  Manifolds& manifolds) {
+// Nothing is remembered.
+void CollideQuick(const OrderedPair& pair, Vec3d between, float speculative_m, Manifolds& manifolds) {
+  const LocalPose pose = QuickPoseOf(pair, between);
+  const Outlet outlet{pair, Vec3f(between), speculative_m};
   LocalManifold manifold;
-  SearchOne(pair, pose, outlet.speculative_m, cache.convex, &manifold);
+  ConvexCache unused;
+  SearchOne(pair, pose, speculative_m, unused, &manifold);
   WriteOne(
-      outlet, manifold, [](const LocalPoint& point) { return point.on_b; }, manifolds);
+      outlet, manifold, false, [](const LocalPoint& point) { return point.on_b; }, manifolds);
 }
 
 }  // namespace
@@ -226,10 +255,10 @@ void CollideQuick(const OrderedPair& pair, const LocalPose& pose, const Outlet& 
 void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache, Manifolds& manifolds) {
   const OrderedPair pair = Ordered(a, b);
   const Vec3d between = pair.at_b.position - pair.at_a.position;
-  const LocalPose pose = PoseOf(pair, between);
-  const Outlet outlet{pair, pose, Vec3f(between), speculative_m};
-  if (Quick(pair)) return CollideQuick(pair, pose, outlet, cache, manifolds);
+  if (Quick(pair.a, pair.b)) return CollideQuick(pair, between, speculative_m, manifolds);
 
+  const LocalPose pose = PoseOf(pair, between);
+  const Outlet outlet{pair, Vec3f(between), speculative_m};
   const bool one = pair.a.convex() && (pair.b.convex() || pair.b.kind == GeometryKind::kPlane);
   const float leeway = Leeway(pair);
   bool search = true;
@@ -258,9 +287,11 @@ void Collide(const Collidable& a, const Collidable& b, float speculative_m, Pair
     return pose.rotation * (point.on_b - moved);
   };
   if (one)
-    WriteOne(outlet, cache.manifold, on_b, manifolds);
+    WriteOne(outlet, cache.manifold, !search, on_b, manifolds);
   else
     WriteMany(outlet, *cache.parts, on_b, manifolds);
 }
+
+bool Remembers(const Geometry& a, const Geometry& b) { return InOrder(a, b) ? !Quick(a, b) : !Quick(b, a); }
 
 }  // namespace tessera::physics

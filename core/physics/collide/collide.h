@@ -54,4 +54,7 @@ struct PairCache {
 // is asked to, so none is missed. Ask for about the same distance from step to step: asking for more searches anew.
 void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache, Manifolds& manifolds);
 
+// Whether a search of two such shapes reads or writes its cache. Some are searched as quickly as remembered.
+bool Remembers(const Geometry& a, const Geometry& b);
+
 }  // namespace tessera::physics

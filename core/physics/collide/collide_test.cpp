@@ -204,6 +204,31 @@ TEST(ReuseTest, KeepsImpulsesByName) {
   }
 }
 
+// Of a cube that is tilted a little, two corners are further away than is asked for, and then are not.
+TEST(ReuseTest, PointsThatGoAndComeAgainTakeNobodysImpulse) {
+  constexpr float kNear_m = 0.01f;
+  const ShapeRef floor = GeometryOf(BoxShape{{5, 0.5, 5}}), cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
+  const Placement at_a = At({}), low = At({0, 1.0099, 0}), tilted = At({0, 1.0099, 0}, About({0, 0, 1}, 0.001));
+  PairCache cache;
+  Manifolds manifolds;
+  Collide({*floor, at_a}, {*cube, low}, kNear_m, cache, manifolds);
+  ASSERT_EQ(manifolds.size(), 1u);
+  ASSERT_EQ(manifolds[0].count, 4);
+  const LocalPose searched = cache.pose;
+  for (ManifoldPoint& point : manifolds[0].points) point.normal_impulse = 1 + point.r_a.z - point.r_a.x;
+  for (const auto& [at, count] : {std::pair(tilted, 2), {tilted, 2}, {low, 4}, {low, 4}}) {
+    Collide({*floor, at_a}, {*cube, at}, kNear_m, cache, manifolds);
+    EXPECT_EQ(cache.pose.position, searched.position) << "it was searched anew";
+    ASSERT_EQ(manifolds.size(), 1u);
+    ASSERT_EQ(manifolds[0].count, count);
+    for (int i = 0; i < count; ++i) {
+      const ManifoldPoint& point = manifolds[0].points[static_cast<std::size_t>(i)];
+      const bool stayed = point.r_a.x < 0;
+      EXPECT_NEAR(point.normal_impulse, stayed ? 1 + point.r_a.z - point.r_a.x : 0, 0.002);
+    }
+  }
+}
+
 TEST(ReuseTest, GivesAnImpulseToTheNearestWhereNamesChange) {
   // The same pair in a cache that has forgotten which face it was: a's face before, b's now.
   const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
@@ -248,6 +273,26 @@ TEST(CollideTest, LeavesAPairAloneThatIsKnownToBeApart) {
   EXPECT_EQ(cache.pose.position, searched.position);
   Collide({*cube, At({})}, {*cube, At({0.05, 1.01, 0})}, kAhead_m, cache, manifolds);
   EXPECT_EQ(manifolds.size(), 1u);
+}
+
+TEST(CollideTest, OnlyWhatIsSearchedSlowlyIsRemembered) {
+  const ShapeRef ball = GeometryOf(SphereShape{0.5}), cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}}),
+                 plane = GeometryOf(PlaneShape{{0, 1, 0}, 0}), pill = GeometryOf(CapsuleShape{0.4, 0.6});
+  const auto remembers = [](const ShapeRef& a, const ShapeRef& b) {
+    PairCache cache;
+    Manifolds manifolds;
+    Collide({*a, At({})}, {*b, At({0, -0.6, 0})}, kAhead_m, cache, manifolds);
+    EXPECT_EQ(Remembers(*a, *b), Remembers(*b, *a));
+    EXPECT_EQ(Remembers(*a, *b), cache.searched);
+    return Remembers(*a, *b);
+  };
+  EXPECT_TRUE(remembers(cube, cube));
+  EXPECT_TRUE(remembers(cube, pill));
+  EXPECT_FALSE(remembers(ball, cube));
+  EXPECT_FALSE(remembers(pill, ball));
+  EXPECT_FALSE(remembers(pill, pill));
+  EXPECT_FALSE(remembers(pill, plane));
+  EXPECT_FALSE(remembers(cube, plane));
 }
 
 TEST(BoundsTest, HoldAShapeTightly) {
