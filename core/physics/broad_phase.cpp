@@ -91,6 +91,7 @@ void BroadPhase::Predict(std::span<RigidBody* const> awake, double dt_s, std::sp
   before_.resize(awake.size());
   team_.For(awake.size(), kChunkBodies, [this, awake, dt_s](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      PrefetchAfter(i, awake, kUpToFrame);
       RigidBody& body = *awake[i];
       body.PrepareDamping(dt_s);
       outgrown_[i] = Predict(body, dt_s) ? 1 : 0;

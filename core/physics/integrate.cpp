@@ -68,6 +68,7 @@ void Integrator::Run(std::span<RigidBody* const> awake, const Islands& islands, 
   }
   team_.For(awake.size(), kChunkBodies, [this, awake, motions, &islands](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      PrefetchAfter(i, awake, kUpToFrame);
       RigidBody& body = *awake[i];
       body.force_n = body.torque_nm = {};
       if (!failed_.empty() && failed_[islands.IndexOf(static_cast<std::uint32_t>(i))] != 0) continue;

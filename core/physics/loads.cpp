@@ -68,6 +68,7 @@ void Loads::WeighBodies(const LoadInput& in) {
   shares_.resize(in.awake.size());
   team_.For(in.awake.size(), kChunkBodies, [this, awake = in.awake](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      PrefetchAfter(i, awake, kUpToMass);
       const RigidBody& body = *awake[i];
       const double mass = body.mass_kg();
       weights_[i] = {body.id(), body.support.external, mass, mass, mass, Dot(body.placement().position, pull_.up)};

@@ -36,6 +36,7 @@ void MeasureContacts(Pair* pair, float dt_s) {
   const PredictedMotion &low = pair->low->predicted, &high = pair->high->predicted;
   pair->separation_m = std::numeric_limits<float>::max();
   pair->live = false;
+  if (pair->manifolds.empty()) return;
   const Vec3f velocity = high.velocity_m_s - low.velocity_m_s;
   for (Manifold& manifold : pair->manifolds) {
     manifold.round_a_m = RoundnessOf(*pair->low, manifold.normal);

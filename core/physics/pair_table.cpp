@@ -52,6 +52,7 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
   pair.low = a.id() < b.id() ? &a : &b;
   pair.high = a.id() < b.id() ? &b : &a;
   pair.trigger = a.trigger() || b.trigger();
+  pair.remembers = Remembers(a.geometry(), b.geometry());
   pair.inner_m = InnerRadiusOf(pair);
   pair.slop_m = std::clamp(kSlopShare * pair.inner_m, kLeastSlop_m, kSlop_m);
   pair.material = Combine(pair.low->material(), pair.high->material());
@@ -140,13 +141,38 @@ std::span<Pair* const> PairTable::News() {
   return news_;
 }
 
+PairTable::Reads PairTable::ReadsOf(const Pair& pair) {
+  if (pair.manifolds.empty()) return pair.remembers ? Reads::kCache : Reads::kFirst;
+  return pair.remembers || pair.manifolds[0].count > 1 ? Reads::kAll : Reads::kPoint;
+}
+
+[[gnu::always_inline]] inline void PairTable::Prefetch(const Listed& listed) {
+  constexpr std::size_t kLine = 64;
+  const Pair& pair = *listed.pair;
+  switch (listed.reads) {
+    case Reads::kFirst:
+      __builtin_prefetch(&pair);
+      return;
+    case Reads::kCache:
+      __builtin_prefetch(&pair);
+      physics::Prefetch(&pair.material, 3 * kLine);  // as far as the axis of the last search
+      return;
+    case Reads::kPoint:
+      physics::Prefetch(&pair, 4 * kLine);
+      __builtin_prefetch(&pair.material);
+      return;
+    case Reads::kAll:
+      physics::Prefetch(&pair, sizeof(Pair));
+  }
+}
+
 void PairTable::Await(std::size_t index) const {
-  constexpr std::size_t kPairsAhead = 8, kBodiesAhead = 4, kHotOfBody = 384;
-  if (index + kPairsAhead < active_.size()) Prefetch(active_[index + kPairsAhead].pair, sizeof(Pair));
+  constexpr std::size_t kPairsAhead = 12, kBodiesAhead = 8, kHotOfBody = 384;
+  if (index + kPairsAhead < active_.size()) Prefetch(active_[index + kPairsAhead]);
   if (index + kBodiesAhead >= active_.size()) return;
   const Listed& soon = active_[index + kBodiesAhead];
-  if (soon.low != active_[index + kBodiesAhead - 1].low) Prefetch(soon.pair->low, kHotOfBody);
-  Prefetch(soon.pair->high, kHotOfBody);
+  if (soon.low != active_[index + kBodiesAhead - 1].low) physics::Prefetch(soon.pair->low, kHotOfBody);
+  physics::Prefetch(soon.pair->high, kHotOfBody);
 }
 
 bool PairTable::Validate() const {

@@ -13,17 +13,21 @@
 #include <span>
 #include <vector>
 
+#include "core/physics/prefetch.h"
 #include "core/physics/rigid_body.h"
 #include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
-// Everything that each step reads comes first, close together. Each group of fields names the one part that writes it.
+// Each group of fields names the one part that writes it. The order is that of the cache lines: the first line is all
+// that a step reads of most pairs that are apart; then the manifold, of which one line more is read for every second
+// point; then what only pairs read that are searched anew seldom.
 struct alignas(64) Pair {
   // --- The pair table.
   RigidBody *low = nullptr, *high = nullptr;  // by id; null once the pair has ended
-  bool trigger = false;                       // One of the two is a trigger: overlaps are reported, nothing is pushed.
-  bool jointed = false;                       // a joint forbids them to collide
+  bool trigger : 1 = false;                   // One of the two is a trigger: overlaps are reported, nothing is pushed.
+  bool jointed : 1 = false;                   // a joint forbids them to collide
+  bool remembers : 1 = false;                 // its search reads `cache`
   bool active = false;                        // in the list of active pairs
   // --- The report; the pair table forgets it where a joint comes between the two.
   bool touching = false;  // as the last event said
@@ -40,25 +44,17 @@ struct alignas(64) Pair {
   // --- The pair table.
   float inner_m = 0;  // inner radius of the smaller one that moves: what moves less meets nothing unseen
   float slop_m = 0;   // overlap at rest
+  std::uint32_t index_in_low = 0, index_in_high = 0;  // in the bodies' lists of pairs
   // --- The narrow phase finds points, and the solver writes their impulses.
   Manifolds manifolds;
   // --- The pair table.
   PairMaterial material;
   // --- The narrow phase.
   PairCache cache;
-  // --- The pair table.
-  std::uint32_t index_in_low = 0, index_in_high = 0;  // in the bodies' lists of pairs
 
   bool responds() const { return !trigger && !jointed; }
   RigidBody& Other(const RigidBody& body) const { return &body == low ? *high : *low; }
 };
-
-// Prefetches the part of a pair or a body that a step reads, some iterations before the step works on it: they lie all
-// over the memory.
-inline void Prefetch(const void* at, std::size_t bytes) {
-  constexpr std::size_t kLine = 64;
-  for (std::size_t i = 0; i < bytes; i += kLine) __builtin_prefetch(static_cast<const char*>(at) + i);
-}
 
 class PairTable {
  public:
@@ -99,14 +95,28 @@ class PairTable {
   bool Validate() const;
 
  private:
+  // The cache lines of a pair that the next walk will read, as far as the last one tells.
+  enum class Reads : std::uint8_t {
+    kAll,
+    kFirst,  // apart, and the search remembers nothing
+    kCache,  // apart
+    kPoint   // one point, and the search remembers nothing
+  };
   // A pair with the ids of its bodies, so that lists are merged without looking at pairs.
   struct Listed {
     BodyId low, high;
     Pair* pair;
+    Reads reads = Reads::kAll;
     friend bool operator<(const Listed& a, const Listed& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; }
   };
   enum class Due : std::uint8_t { kEnded, kResting, kActive };
+  struct Found {
+    Due due;
+    Reads reads;
+  };
   static Due DueOf(Pair& pair);
+  static Reads ReadsOf(const Pair& pair);
+  static void Prefetch(const Listed& listed);
   void Recycle(Pair* pair);
   void Await(std::size_t index) const;
 
@@ -114,7 +124,7 @@ class PairTable {
   std::deque<Pair> pool_;
   std::vector<Pair*> free_, news_;
   std::vector<Listed> active_, fresh_, merged_;
-  std::vector<Due> due_;  // by place in `active_`, in the walk under way
+  std::vector<Found> found_;  // by place in `active_`, in the walk under way
   std::vector<PairEvent> ended_;
 };
 
@@ -122,20 +132,23 @@ template <class Examine, class Settle>
 void PairTable::Walk(ThreadTeam& team, Examine examine, Settle settle) {
   constexpr std::size_t kChunkPairs = 64;
   const std::size_t count = SortIn();
-  due_.resize(count);
+  found_.resize(count);
   team.For(count, kChunkPairs, [this, examine](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Await(i);
       Pair& pair = *active_[i].pair;
-      due_[i] = DueOf(pair);
-      if (due_[i] == Due::kActive) examine(i, pair);
+      found_[i].due = DueOf(pair);
+      if (found_[i].due != Due::kActive) continue;
+      examine(i, pair);
+      found_[i].reads = ReadsOf(pair);
     }
   });
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    if (due_[i] == Due::kEnded) Recycle(active_[i].pair);
-    if (due_[i] != Due::kActive) continue;
+    if (found_[i].due == Due::kEnded) Recycle(active_[i].pair);
+    if (found_[i].due != Due::kActive) continue;
     active_[kept] = active_[i];
+    active_[kept].reads = found_[i].reads;  // only now: other threads look ahead
     settle(i, *active_[kept++].pair);
   }
   active_.resize(kept);

@@ -44,6 +44,19 @@ TEST(PairTableTest, ForgetsPairsOfSleepersUntilOneWakes) {
   EXPECT_THAT(Walked(loose.pairs), ElementsAre(std::pair(1, 2)));
 }
 
+// What is prefetched is counted in lines.
+TEST(PairTableTest, AManifoldBeginsTheSecondCacheLineOfItsPair) {
+  LooseBodies loose;
+  RigidBody &a = loose.Add(Dynamic(1, Ball(), {})), &b = loose.Add(Dynamic(2, Ball(), {}));
+  const Pair& pair = loose.AddContact(a, b, {1, 0, 0});
+  const auto offset = [&pair](const void* at) {
+    return static_cast<const char*>(at) - reinterpret_cast<const char*>(&pair);
+  };
+  EXPECT_EQ(offset(&pair.manifolds[0]), 64);
+  EXPECT_LE(offset(&pair.manifolds[0].points[1]), 4 * 64);
+  EXPECT_LE(offset(&pair.cache.convex + 1), offset(&pair.material) / 64 * 64 + 3 * 64);
+}
+
 TEST(PairTableTest, AnEndIsReportedOnceAndOnlyOfAPairThatTouched) {
   LooseBodies loose;
   RigidBody &a = loose.Add(Dynamic(1, Ball(), {})), &b = loose.Add(Dynamic(2, Ball(), {})),

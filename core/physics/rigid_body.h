@@ -18,6 +18,7 @@
 #include "core/physics/contact_report.h"
 #include "core/physics/motion/damping.h"
 #include "core/physics/motion/predicted_motion.h"
+#include "core/physics/prefetch.h"
 #include "core/physics/support_hint.h"
 #include "core/physics/tuning.h"
 #include "core/world/scene.h"
@@ -149,5 +150,9 @@ class alignas(64) RigidBody {
   double driven_s = 0;     // length of the last step of a kinematic body under way
   std::uint32_t leaf = 0;  // the body's name in its tree, while it is in there
 };
+
+// Bytes from the start of a body, for loops that ask ahead for no more than they read: as far as its state, its forces,
+// its mass, and all that steps read.
+inline constexpr std::size_t kUpToState = 256, kUpToForces = 384, kUpToMass = 512, kUpToFrame = 704;
 
 }  // namespace tessera::physics

@@ -11,6 +11,7 @@ void SleepPass::Run(double dt_s, const Islands& islands, BodyStore& bodies, std:
   stirring_.resize(awake.size());
   team_->For(awake.size(), kChunkBodies, [this, awake, dt_s](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      PrefetchAfter(i, awake, kUpToState);
       RigidBody& body = *awake[i];
       const BodyState& state = body.state();
       const bool still = body.may_sleep() && allowed_ && Length(state.linear_velocity) < kSleepLinear_m_s &&

@@ -90,7 +90,10 @@ void SolveBatches::FillBodies(const SolveInput& in, ThreadTeam& team) {
   for (IslandBatch& batch : batches_) {
     batch.bodies.resize(batch.sources.size());  // bodies left from the last step get every field anew
     team.For(batch.bodies.size(), kChunkBodies, [&batch, dt_s = in.dt_s](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) batch.bodies[i] = SolverBodyOf(*batch.sources[i], dt_s);
+      for (std::size_t i = begin; i < end; ++i) {
+        PrefetchAfter(i, std::span<const RigidBody* const>(batch.sources), kUpToFrame);
+        batch.bodies[i] = SolverBodyOf(*batch.sources[i], dt_s);
+      }
     });
   }
 }

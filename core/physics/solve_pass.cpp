@@ -87,6 +87,7 @@ void SolvePass::ReadBack(const SolveInput& in, std::span<BodyMotion> motions) {
     if (batch.unanchored) SumGains(in, batch);
     team_.For(batch.sources.size(), kChunkBodies, [this, motions, &in, &batch](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
+        PrefetchAfter(i, std::span<const RigidBody* const>(batch.sources), kUpToFrame);
         const RigidBody& body = *batch.sources[i];
         const bool unanchored = batch.unanchored && in.plans[in.islands.IndexOf(body.awake_index)].unanchored;
         motions[body.awake_index] = MotionOf(body, batch.bodies[i], unanchored ? &gains_[i] : nullptr, in.dt_s);

@@ -19,6 +19,7 @@ bool AreSane(std::span<RigidBody* const> bodies, ThreadTeam& team) {
   std::atomic<bool> sane = true;
   team.For(bodies.size(), kChunkBodies, [bodies, &sane](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      PrefetchAfter(i, bodies, kUpToForces);
       if (!IsSane(*bodies[i])) sane.store(false, std::memory_order_relaxed);
     }
   });

@@ -78,6 +78,7 @@ void ContinuousCollision::FindCandidates(const ContinuousInput& in, std::span<co
   suspect_.resize(in.awake.size());
   team_.For(in.awake.size(), kChunkBodies, [this, in, motions](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      PrefetchAfter(i, in.awake, kUpToForces);
       const RigidBody& body = *in.awake[i];
       const BodyMotion& motion = motions[i];
       const Vec3f moved(motion.position - body.placement().position);
