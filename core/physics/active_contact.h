@@ -23,6 +23,7 @@ struct ActiveContact {
   int substeps;                     // The pair's last solve had so many; the solve pass replaces it by its own.
   bool responds, live;              // as in Pair
   bool driven;                      // one of the two is kinematic and under way
+  std::uint8_t points;              // points of the first manifold; 0: not counted
   float penetration_m, impact_m_s;  // deepest overlap and fastest approach of its points, if it is live
   float load_ns, inner_m, slop_m;   // as in Pair
   Vec3f normal;                     // normal of the first manifold

@@ -73,6 +73,7 @@ ActiveContact ContactOf(Pair& pair) {
                         .responds = pair.responds(),
                         .live = pair.live,
                         .driven = pair.low->moving() || pair.high->moving(),
+                        .points = static_cast<std::uint8_t>(pair.manifolds.front().count),
                         .penetration_m = 0,
                         .impact_m_s = 0,
                         .load_ns = pair.load_ns,

@@ -116,8 +116,8 @@ void SolveBatches::FillContacts(const SolveInput& in) {
     const bool bears = some_bear && in.bearing[static_cast<std::size_t>(&contact - in.contacts.data())] != 0;
     if (bears) batch.bears = true;
     for (std::uint32_t i = 0; i < contact.count; ++i) {
-      batch.contacts.push_back(
-          {low, high, contact.manifolds + i, contact.material, contact.slop_m, warm_scale, contact.driven, bears});
+      batch.contacts.push_back({low, high, contact.manifolds + i, contact.material, contact.slop_m, warm_scale,
+                                contact.driven, bears, i == 0 ? contact.points : std::uint8_t{0}});
     }
     contact.substeps = batch.substeps;
   }

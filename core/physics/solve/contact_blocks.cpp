@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/physics/prefetch.h"
 #include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
 
@@ -14,16 +15,16 @@ namespace {
 
 // Number of contacts by which manifolds are prefetched, as they lie all over the memory.
 constexpr std::size_t kAhead = 8;
-void Prefetch(const Manifold& manifold) {
-  constexpr std::size_t kLine = 64;
-  for (std::size_t i = 0; i < sizeof(Manifold); i += kLine) {
-    __builtin_prefetch(static_cast<const char*>(static_cast<const void*>(&manifold)) + i);
-  }
+// As far as its points go. The line of the first one holds the beginning of the second one, too.
+[[gnu::always_inline]] inline void Prefetch(const Manifold& manifold, std::uint8_t kind) {
+  constexpr std::size_t kOthers = (kManifoldPoints - 1) * sizeof(ManifoldPoint), kLast = 2 * sizeof(ManifoldPoint);
+  physics::Prefetch(&manifold, sizeof(Manifold) - kOthers);
+  if (kKindPoints[kind] > 1) physics::Prefetch(&manifold.points[2], kLast);
 }
 
 std::uint8_t KindOf(const ContactConstraint& contact) {
-  const int count = contact.manifold->count;
-  assert(count >= 0 && count <= kManifoldPoints);
+  const int count = contact.points != 0 ? contact.points : contact.manifold->count;
+  assert(count == contact.manifold->count && count >= 0 && count <= kManifoldPoints);
   const int points = count <= 1 ? 0 : count == 2 ? 1 : 2;
   const PairMaterial& material = contact.material;
   const int tangent = material.rolling_m > 0 || material.spinning_m > 0 ? 2 : material.friction > 0 ? 1 : 0;
@@ -81,8 +82,8 @@ template <class Block>
 void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, Softness softness, Block& block) {
   const Manifold& manifold = *contact.manifold;
   ContactHead& head = block.head;
-  head.a[lane] = static_cast<std::int32_t>(contact.a == kStatic ? nobody : contact.a);
-  head.b[lane] = static_cast<std::int32_t>(contact.b == kStatic ? nobody : contact.b);
+  head.a[lane] = static_cast<std::int32_t>(contact.a == kStatic ? nobody : contact.a) * kStateUnits;
+  head.b[lane] = static_cast<std::int32_t>(contact.b == kStatic ? nobody : contact.b) * kStateUnits;
   Put(head.normal, lane, manifold.normal);
   Put(head.offset, lane, manifold.points[0].r_a - manifold.points[0].r_b);
   head.slop.f[lane] = contact.bears ? 0 : contact.slop_m;
@@ -271,7 +272,6 @@ void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Color
   starts_.resize(counts_.size());
   if (places_.size() < contacts.size()) places_.resize(contacts.size());  // those of a larger batch may stay
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i + kAhead < contacts.size()) __builtin_prefetch(contacts[i + kAhead].manifold);
     places_[i].kind = KindOf(contacts[i]);
     places_[i].bounces = contacts[i].material.restitution > 0;
     if (colors[i] != kLeftOver) ++counts_[bucket_of(i)];
@@ -322,14 +322,14 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
     ForKind(run.kind, [&](auto* type) {
       auto* last = static_cast<decltype(type)>(BlocksOf(run)) + (run.blocks - 1);
       std::memset(static_cast<void*>(last), 0, sizeof(*last));
-      std::fill_n(last->head.a, kLanes, world);
-      std::fill_n(last->head.b, kLanes, world);
+      std::fill_n(last->head.a, kLanes, world * kStateUnits);
+      std::fill_n(last->head.b, kLanes, world * kStateUnits);
     });
   }
   team.For(
       contacts.size(), kChunkContacts, [this, contacts, nobody, softness, rigid](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-          if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold);
+          if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold, places_[i + kAhead].kind);
           const ContactPlace& place = places_[i];
           const Softness& give = contacts[i].bears ? rigid : softness;
           Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody + place.thread, give, block); });
@@ -349,7 +349,7 @@ void ContactBlocks::Store(std::span<const ContactConstraint> contacts, std::span
   };
   team.For(contacts.size(), kChunkContacts, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold);
+      if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold, places_[i + kAhead].kind);
       const ContactConstraint& contact = contacts[i];
       const ContactPlace& place = places_[i];
       Visit(place, [&](auto& block) {

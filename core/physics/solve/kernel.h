@@ -42,8 +42,12 @@ struct alignas(32) SolvedKick {
 
 enum class Tangent : std::uint8_t { kNone, kFriction, kRolling };
 
+// A contact names a body by its index times this, which is where the body's state begins in units of 8 bytes: loads
+// scale by 8 themselves, and every other factor is an instruction more for each body.
+inline constexpr std::int32_t kStateUnits = sizeof(SolvedState) / 8;
+
 struct ContactHead {
-  std::int32_t a[kLanes], b[kLanes];
+  std::int32_t a[kLanes], b[kLanes];  // bodies, in units of 8 bytes
   Lanes normal[3];
   Lanes inverse_root_mass_a, inverse_root_mass_b;
   Lanes offset[3];         // from the centre of a to that of b

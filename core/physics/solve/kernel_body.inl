@@ -120,6 +120,7 @@ struct ContactLoops {
     const F linear =
         mass_a.inverse_root_mass * mass_a.inverse_root_mass + mass_b.inverse_root_mass * mass_b.inverse_root_mass;
     V angular_a[kPoints], angular_b[kPoints];
+    TESSERA_UNROLL
     for (int i = 0; i < kPoints; ++i) {
       PointLanes& point = block.points[i];
       const V r_a = Load(point.r_a);
@@ -133,7 +134,9 @@ struct ContactLoops {
       Store(point.separation, Load(point.start_separation));
       Store(point.total, Wide(0));
     }
+    TESSERA_UNROLL
     for (int i = 0; i < kPoints; ++i) {
+      TESSERA_UNROLL
       for (int j = i; j < kPoints; ++j) {
         Store(block.coupling[Coupling(i, j, kPoints)],
               linear + Dot(angular_a[i], angular_a[j]) + Dot(angular_b[i], angular_b[j]));
@@ -218,6 +221,7 @@ struct ContactLoops {
     const V apart = b.v - a.v;
     const F shared = Dot(n, apart) - Dot(turn_b, Load(block.head.offset)) + rounds;
     const V turn = turn_b - turn_a;
+    TESSERA_UNROLL
     for (PointLanes& point : block.points) {
       Store(point.separation, Load(point.start_separation) + (shared + Dot(turn, Load(point.r_a))));
     }
@@ -277,21 +281,25 @@ struct ContactLoops {
     const V n = Load(block.head.normal);
     const F linear = Dot(n, both.Relative());
     F velocity[kPoints];
+    TESSERA_UNROLL
     for (int i = 0; i < kPoints; ++i) {
       velocity[i] = linear + both.Spin(block.points[i].angular_a, block.points[i].angular_b);
     }
     // The points are solved one after the other, against the matrix of how they move each other rather than against the
     // bodies; once, since the solver comes by here twice, there and back.
     F start[kPoints], impulse[kPoints];
+    TESSERA_UNROLL
     for (int i = 0; i < kPoints; ++i) {
       start[i] = Load(block.points[i].impulse);
       impulse[i] = Max(Wanted<kRelax>(block, i, velocity[i], start[i], step), Wide(0));
       const F change = impulse[i] - start[i];
+      TESSERA_UNROLL
       for (int j = i + 1; j < kPoints; ++j) {
         velocity[j] = velocity[j] + Load(block.coupling[Coupling(i, j, kPoints)]) * change;
       }
     }
     F sum = Wide(0);
+    TESSERA_UNROLL
     for (int i = 0; i < kPoints; ++i) {
       PointLanes& point = block.points[i];
       Store(point.impulse, impulse[i]);

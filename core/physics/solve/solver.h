@@ -44,10 +44,11 @@ struct ContactConstraint {
   std::uint32_t a = kStatic, b = kStatic;  // in `bodies`; at most one is kStatic
   Manifold* manifold = nullptr;            // in: warm impulses; out: impulses, totals
   PairMaterial material;
-  float slop_m = kSlop_m;  // overlap at rest
-  float warm_scale = 1;    // factor of the warm impulses: substeps of the last step over those of this one
-  bool driven = false;     // one of the two is so heavy that it does not count what it is given
-  bool bears = false;      // it bears far more than its bodies weigh: it is rigid, and solved with others that do
+  float slop_m = kSlop_m;   // overlap at rest
+  float warm_scale = 1;     // factor of the warm impulses: substeps of the last step over those of this one
+  bool driven = false;      // one of the two is so heavy that it does not count what it is given
+  bool bears = false;       // it bears far more than its bodies weigh: it is rigid, and solved with others that do
+  std::uint8_t points = 0;  // those of the manifold, where the caller has their number at hand; 0: it is looked up
 };
 
 struct JointConstraint {

@@ -7,6 +7,9 @@
 #include "core/physics/solve/kernel.h"
 
 #define TESSERA_INLINE inline __attribute__((always_inline))
+// Before a loop over the points of a contact: only then do its arrays become registers. GCC by itself leaves such
+// loops.
+#define TESSERA_UNROLL _Pragma("GCC unroll 4")
 
 namespace tessera::physics {
 namespace {
@@ -117,14 +120,21 @@ struct Motion {
   V v, w;
 };
 
+// The state or mass of the body that a contact names (see kStateUnits).
+template <class Part>
+TESSERA_INLINE Part& PartOf(Part* parts, std::int32_t body) {
+  using Byte = std::conditional_t<std::is_const_v<Part>, const char, char>;
+  constexpr std::ptrdiff_t kUnit = sizeof(Part) / kStateUnits;
+  return *reinterpret_cast<Part*>(reinterpret_cast<Byte*>(parts) + std::ptrdiff_t{body} * kUnit);
+}
+
 // The two vectors of four floats that start at `member`, for the bodies that `index` names.
-template <class Body>
-TESSERA_INLINE Motion Gather(const Body* bodies, const std::int32_t* index, const float (Body::*first)[4],
-                             const float (Body::*second)[4]) {
+TESSERA_INLINE Motion Gather(const SolvedState* bodies, const std::int32_t* index, const float (SolvedState::*first)[4],
+                             const float (SolvedState::*second)[4]) {
   F v[4], w[4];
   for (int i = 0; i < 4; ++i) {
-    const Body& lo = bodies[index[i]];
-    const Body& hi = bodies[index[i + 4]];
+    const SolvedState& lo = PartOf(bodies, index[i]);
+    const SolvedState& hi = PartOf(bodies, index[i + 4]);
     v[i] = LoadHalves(lo.*first, hi.*first);
     w[i] = LoadHalves(lo.*second, hi.*second);
   }
@@ -144,8 +154,8 @@ TESSERA_INLINE void ScatterVelocity(SolvedState* bodies, const std::int32_t* ind
   Transpose(v);
   Transpose(w);
   for (int i = 0; i < 4; ++i) {
-    SolvedState& lo = bodies[index[i]];
-    SolvedState& hi = bodies[index[i + 4]];
+    SolvedState& lo = PartOf(bodies, index[i]);
+    SolvedState& hi = PartOf(bodies, index[i + 4]);
     StoreHalves(lo.velocity, hi.velocity, v[i]);
     StoreHalves(lo.spin, hi.spin, w[i]);
   }
@@ -158,8 +168,8 @@ struct MassOf {
 TESSERA_INLINE MassOf GatherMass(const SolvedMass* masses, const std::int32_t* index) {
   F p[4], q[4];
   for (int i = 0; i < 4; ++i) {
-    const SolvedMass& lo = masses[index[i]];
-    const SolvedMass& hi = masses[index[i + 4]];
+    const SolvedMass& lo = PartOf(masses, index[i]);
+    const SolvedMass& hi = PartOf(masses, index[i + 4]);
     p[i] = LoadHalves(lo.root_inertia, hi.root_inertia);
     q[i] = LoadHalves(lo.root_inertia + 4, hi.root_inertia + 4);
   }

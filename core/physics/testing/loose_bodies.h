@@ -68,6 +68,7 @@ inline ActiveContact ContactBetween(std::uint32_t low, std::uint32_t high, Vec3f
           .responds = true,
           .live = true,
           .driven = false,
+          .points = 0,
           .penetration_m = 0,
           .impact_m_s = 0,
           .load_ns = 0,
