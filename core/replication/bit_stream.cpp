@@ -1,7 +1,6 @@
 #include "core/replication/bit_stream.h"
 
 #include <algorithm>
-#include <array>
 
 namespace tessera::replication {
 namespace {
@@ -10,32 +9,35 @@ constexpr std::uint64_t LowBits(int bits) { return bits >= 64 ? ~std::uint64_t{0
 
 }  // namespace
 
-void BitWriter::FlushWord() {
-  std::array<std::uint8_t, 8> word{};
-  for (std::size_t i = 0; i < word.size(); ++i) word[i] = static_cast<std::uint8_t>(pending_ >> (8 * i));
-  bytes_.insert(bytes_.end(), word.begin(), word.end());
-}
-
 void BitWriter::WriteVarint(std::uint64_t value) {
   for (; value >= 0x80; value >>= 7) Write((value & 0x7f) | 0x80, 8);
   Write(value, 8);
 }
 
 void BitWriter::Rewind(const Mark& mark) {
-  assert(mark.bytes <= bytes_.size());
-  bytes_.resize(mark.bytes);
+  assert(mark.words <= used_);
+  used_ = mark.words;
   pending_ = mark.pending;
   pending_bits_ = mark.pending_bits;
 }
 
 std::vector<std::uint8_t> BitWriter::Finish() {
-  for (; pending_bits_ > 0; pending_bits_ -= 8, pending_ >>= 8) bytes_.push_back(static_cast<std::uint8_t>(pending_));
+  const std::size_t count = (bit_count() + 7) / 8;
+  if (used_ == words_.size()) Grow();
+  words_[used_] = pending_;
+  std::vector<std::uint8_t> whole(count);
+  if constexpr (std::endian::native == std::endian::little) {
+    if (count > 0) std::memcpy(whole.data(), words_.data(), count);
+  } else {
+    for (std::size_t i = 0; i < count; ++i) whole[i] = static_cast<std::uint8_t>(words_[i / 8] >> (8 * (i % 8)));
+  }
   pending_ = 0;
   pending_bits_ = 0;
-  std::vector<std::uint8_t> whole(bytes_);
-  bytes_.clear();
+  used_ = 0;
   return whole;
 }
+
+void BitWriter::Grow() { words_.resize(std::max<std::size_t>(8, 2 * words_.size())); }
 
 std::uint64_t BitReader::Read32(int bits) {
   if (static_cast<std::size_t>(bits) > bytes_.size() * 8 - position_) {

@@ -36,7 +36,7 @@ class BitWriter {
  public:
   // Where the writer was; valid while nothing before it is rewound.
   struct Mark {
-    std::size_t bytes = 0;
+    std::size_t words = 0;
     std::uint64_t pending = 0;
     int pending_bits = 0;
   };
@@ -50,7 +50,8 @@ class BitWriter {
       pending_bits_ = sum;
       return;
     }
-    FlushWord();
+    if (used_ == words_.size()) Grow();
+    words_[used_++] = pending_;
     const int taken = 64 - pending_bits_;
     pending_ = taken < 64 ? value >> taken : 0;
     pending_bits_ = sum - 64;
@@ -68,18 +69,21 @@ class BitWriter {
     WriteVarint(value);
   }
 
-  std::size_t bit_count() const { return bytes_.size() * 8 + static_cast<std::size_t>(pending_bits_); }
-  Mark mark() const { return {bytes_.size(), pending_, pending_bits_}; }
+  std::size_t bit_count() const { return used_ * 64 + static_cast<std::size_t>(pending_bits_); }
+  Mark mark() const { return {used_, pending_, pending_bits_}; }
   void Rewind(const Mark& mark);
   // Room for so many bytes in all, so that writing them takes no more of it.
-  void Reserve(std::size_t bytes) { bytes_.reserve(bytes); }
+  void Reserve(std::size_t bytes) {
+    if (words_.size() <= bytes / 8) words_.resize(bytes / 8 + 1);
+  }
   // The whole, filled up with zeros to a byte. The writer is empty then, and keeps its room.
   std::vector<std::uint8_t> Finish();
 
  private:
-  void FlushWord();
+  void Grow();
 
-  std::vector<std::uint8_t> bytes_;
+  std::vector<std::uint64_t> words_;  // room; so many of it are written:
+  std::size_t used_ = 0;
   std::uint64_t pending_ = 0;  // bits that do not fill 64 yet
   int pending_bits_ = 0;       // below 64
 };

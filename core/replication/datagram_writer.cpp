@@ -67,31 +67,6 @@ void DatagramWriter::Departure(const DepartureRecord& departure) {
   current().departures.push_back(departure.id);
 }
 
-void DatagramWriter::Body(const Pick& pick) {
-  const bool full = pick.samples.ticks == 0;
-  const FastItem item{pick.id, pick.samples, pick.record, pick.velocities};
-  const auto bits = [&] {
-    const int properties = pick.properties == nullptr ? 0 : 1 + kMaxIdBits + PropertyBits(pick.properties->size());
-    if (full) return 1 + kMaxIdBits + pick.record.bits + properties;
-    return properties + (changes_.empty() ? MaxBits(item, BodyId(), {})
-                                          : MaxBits(item, changes_.back().id, changes_.back().samples));
-  };
-  auto needed = static_cast<std::size_t>(bits());
-  if (!Fits(needed)) {
-    Close();
-    Open();
-    needed = static_cast<std::size_t>(bits());
-  }
-  body_bits_ += needed;
-  if (full) {
-    full_.push_back(pick);
-  } else {
-    changes_.push_back(item);
-  }
-  if (pick.properties != nullptr) with_properties_.push_back(pick);
-  current().bodies.push_back(pick.tag | (pick.properties != nullptr ? kWithProperties : 0));
-}
-
 std::span<WrittenDatagram> DatagramWriter::Finish() {
   Close();
   return {written_.data(), count_};

@@ -42,13 +42,36 @@ class DatagramWriter {
   // `header.sequence` is that of the first datagram.
   void Begin(const SnapshotHeader& header);
   void Departure(const DepartureRecord& departure);
-  void Body(const Pick& pick);
+  void Body(const Pick& pick) {
+    int bits = BitsOf(pick);
+    if (!Fits(static_cast<std::size_t>(bits))) {
+      Close();
+      Open();
+      bits = BitsOf(pick);
+    }
+    body_bits_ += static_cast<std::size_t>(bits);
+    if (pick.samples.ticks == 0) {
+      full_.push_back(pick);
+    } else {
+      changes_.push_back({pick.id, pick.samples, pick.record, pick.velocities});
+    }
+    if (pick.properties != nullptr) with_properties_.push_back(pick);
+    current().bodies.push_back(pick.tag | (pick.properties != nullptr ? kWithProperties : 0));
+  }
   // Gives at least one datagram: an empty one shows that the world goes on. To be moved from, before the next Begin.
   std::span<WrittenDatagram> Finish();
 
  private:
   void Open();
   void Close();
+  // The most bits that a body adds to the datagram under way.
+  int BitsOf(const Pick& pick) const {
+    const int properties = pick.properties == nullptr ? 0 : 1 + kMaxIdBits + PropertyBits(pick.properties->size());
+    if (pick.samples.ticks == 0) return 1 + kMaxIdBits + pick.record.bits + properties;
+    const FastItem item{pick.id, pick.samples, pick.record, pick.velocities};
+    return properties + (changes_.empty() ? MaxBits(item, BodyId(), {})
+                                          : MaxBits(item, changes_.back().id, changes_.back().samples));
+  }
   WrittenDatagram& current() { return written_[count_ - 1]; }
   bool Fits(std::size_t bits) const { return head_.bit_count() + body_bits_ + bits + kEndBits <= max_bits_; }
 

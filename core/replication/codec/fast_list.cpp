@@ -1,6 +1,5 @@
 #include "core/replication/codec/fast_list.h"
 
-#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <limits>
@@ -9,11 +8,15 @@ namespace tessera::replication {
 namespace {
 
 constexpr std::uint8_t kCountBands[] = {5, 8, 16};
-constexpr std::uint8_t kListGapBands[] = {0, 2, 5, 7, 12};
 constexpr std::uint8_t kTickBands[] = {3, 6, 12};
 
 void WriteSamples(BitWriter& writer, const SampleTicks& samples) {
   assert(samples.ticks >= 1 && (samples.gap != 0 || samples.gap2 == 0));
+  constexpr int kShort = 1 + kTickBands[0];
+  if (((samples.ticks - 1) | samples.gap | samples.gap2) >> kTickBands[0] == 0) {
+    return writer.Write((samples.ticks - 1) << 1 | samples.gap << (1 + kShort) | samples.gap2 << (1 + 2 * kShort),
+                        3 * kShort);
+  }
   writer.WriteBanded(samples.ticks - 1, kTickBands);
   writer.WriteBanded(samples.gap, kTickBands);
   writer.WriteBanded(samples.gap2, kTickBands);
@@ -30,43 +33,63 @@ int BandedBits(std::uint64_t value, Bands bands) {
   return prefix + 8 * (1 + (static_cast<int>(std::bit_width(value | 1)) - 1) / 7);
 }
 
+}  // namespace
+
+int LongGapBits(std::uint64_t gap) { return BandedBits(gap, kListGapBands); }
+
 int SampleBits(const SampleTicks& samples) {
   return BandedBits(samples.ticks - 1, kTickBands) + BandedBits(samples.gap, kTickBands) +
          BandedBits(samples.gap2, kTickBands);
-}
-
-}  // namespace
-
-int MaxBits(const FastItem& item, BodyId previous, const SampleTicks& previous_samples) {
-  return BandedBits(item.id.value() - previous.value() - 1, kListGapBands) + 2 +
-         (item.samples == previous_samples ? 0 : SampleBits(item.samples)) + item.record.bits + item.velocities.bits;
 }
 
 void WriteFastList(BitWriter& writer, std::span<const FastItem> items) {
   writer.WriteBanded(items.size(), kCountBands);
   if (items.empty()) return;
   const auto has = [](const FastItem& i) { return i.velocities.words != nullptr; };
-  const bool some_velocities = std::any_of(items.begin(), items.end(), has);
-  const bool all_velocities = some_velocities && std::all_of(items.begin(), items.end(), has);
+  std::size_t with_velocities = 0;
+  bool uniform = true;
+  for (const FastItem& item : items) {
+    with_velocities += has(item) ? 1 : 0;
+    uniform &= item.samples == items[0].samples;
+  }
+  const bool some_velocities = with_velocities > 0, all_velocities = with_velocities == items.size();
   writer.WriteBit(some_velocities);
   if (some_velocities) writer.WriteBit(all_velocities);
-  const bool uniform =
-      std::all_of(items.begin(), items.end(), [&](const FastItem& i) { return i.samples == items[0].samples; });
   writer.WriteBit(uniform);
   if (uniform) WriteSamples(writer, items[0].samples);
   BodyId previous;
   SampleTicks samples;
   for (const FastItem& item : items) {
     assert(item.id > previous);
-    writer.WriteBanded(item.id.value() - previous.value() - 1, kListGapBands);
+    // What goes before the record is gathered, to be written with it.
+    std::uint64_t head = 0;
+    int bits = 0;
+    const std::uint64_t gap = item.id.value() - previous.value() - 1;
+    if (gap < kShortGaps) {
+      head = kGapCodes[gap].code;
+      bits = kGapCodes[gap].bits;
+    } else {
+      writer.WriteBanded(gap, kListGapBands);
+    }
     previous = item.id;
     if (!uniform) {
-      writer.WriteBit(item.samples == samples);
-      if (item.samples != samples) WriteSamples(writer, item.samples);
-      samples = item.samples;
+      const bool same = item.samples == samples;
+      head |= std::uint64_t{same} << bits++;
+      if (!same) {
+        writer.Write(head, bits);
+        head = 0;
+        bits = 0;
+        WriteSamples(writer, item.samples);
+        samples = item.samples;
+      }
     }
-    if (some_velocities && !all_velocities) writer.WriteBit(has(item));
-    item.record.AppendTo(writer);
+    if (some_velocities && !all_velocities) head |= std::uint64_t{has(item)} << bits++;
+    if (item.record.bits > 0 && item.record.bits <= 64 - bits) {
+      writer.Write(head | item.record.words[0] << bits, bits + item.record.bits);
+    } else {
+      writer.Write(head, bits);
+      item.record.AppendTo(writer);
+    }
     item.velocities.AppendTo(writer);
   }
 }

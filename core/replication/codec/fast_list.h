@@ -23,6 +23,8 @@
 // Thread rule: one thread at a time.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 
 #include "core/replication/codec/fast_record.h"
@@ -33,7 +35,9 @@ namespace tessera::replication {
 // Which ticks predict a body: `ticks` before the datagram's, `gap` before that, `gap2` before that.
 struct SampleTicks {
   std::uint64_t ticks = 0, gap = 0, gap2 = 0;  // ticks at least 1; gap2 0 where gap is
-  friend bool operator==(const SampleTicks&, const SampleTicks&) = default;
+  friend bool operator==(const SampleTicks& a, const SampleTicks& b) {
+    return ((a.ticks ^ b.ticks) | (a.gap ^ b.gap) | (a.gap2 ^ b.gap2)) == 0;
+  }
 };
 
 struct FastItem {
@@ -43,8 +47,35 @@ struct FastItem {
   PackedView velocities{};  // no words: not written; no bits if the body sleeps
 };
 
+// Codes of the gaps between ids that most lists have; a gap is an id less the one before, less 1.
+inline constexpr std::uint8_t kListGapBands[] = {0, 2, 5, 7, 12};
+struct ShortCode {
+  std::uint16_t code = 0;
+  std::uint8_t bits = 0;
+};
+inline constexpr std::size_t kShortGaps = 1 + 4 + 32 + 128;
+inline constexpr std::array<ShortCode, kShortGaps> kGapCodes = [] {
+  std::array<ShortCode, kShortGaps> codes{};
+  std::size_t first = 0;
+  for (unsigned band = 0; first < kShortGaps; ++band) {
+    const std::size_t size = std::size_t{1} << kListGapBands[band];
+    for (std::size_t i = 0; i < size; ++i) {
+      codes[first + i] = {static_cast<std::uint16_t>(i << (band + 1) | ((1u << band) - 1)),
+                          static_cast<std::uint8_t>(band + 1 + kListGapBands[band])};
+    }
+    first += size;
+  }
+  return codes;
+}();
+int LongGapBits(std::uint64_t gap);
+int SampleBits(const SampleTicks& samples);
+
 // The most bits that an item adds to a list; it adds fewer where all items have the same samples.
-int MaxBits(const FastItem& item, BodyId previous, const SampleTicks& previous_samples);
+inline int MaxBits(const FastItem& item, BodyId previous, const SampleTicks& previous_samples) {
+  const std::uint64_t gap = item.id.value() - previous.value() - 1;
+  return (gap < kShortGaps ? kGapCodes[gap].bits : LongGapBits(gap)) + 2 +
+         (item.samples == previous_samples ? 0 : SampleBits(item.samples)) + item.record.bits + item.velocities.bits;
+}
 // The most bits of the list's head.
 inline constexpr int kMaxListBits = 32;
 

@@ -42,11 +42,6 @@ bool ReadGolombSlowly(BitReader& reader, int k, int max_bits, std::int64_t& resi
   return true;
 }
 
-void PackedView::AppendTo(BitWriter& writer) const {
-  int left = bits;
-  for (std::size_t i = 0; left > 0; ++i, left -= 64) writer.Write(words[i], std::min(left, 64));
-}
-
 PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, const QuantizedState& state,
                       std::int32_t limit) {
   PackedRecord record;

@@ -35,7 +35,13 @@ struct PackedView {
   const std::uint64_t* words = nullptr;
   int bits = 0;
 
-  void AppendTo(BitWriter& writer) const;
+  void AppendTo(BitWriter& writer) const {
+    if (bits == 0) return;
+    std::size_t i = 0;
+    int left = bits;
+    for (; left > 64; left -= 64) writer.Write(words[i++], 64);
+    writer.Write(words[i], left);
+  }
 };
 
 // A record's bits, ready to be appended to any datagram.
