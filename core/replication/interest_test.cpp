@@ -295,6 +295,60 @@ TEST_F(CrowdTest, WhatIsNearComesWithEachSnapshotAndWhatIsFarAsOftenAsThereIsRoo
   EXPECT_EQ(Rates(1, 64), std::pair(1.0, 0.25)) << "there is room again";
 }
 
+// A view among bodies that stand in a row and wobble, so that each changes with every snapshot; those that are far are
+// shown with one snapshot in four.
+class RowTest : public testing::Test {
+ protected:
+  static constexpr BodyId kBody{7};
+
+  // Whether the next snapshot brings the body, which is at `body`, to a client that looks from `centre`.
+  bool Comes(Vec3d body, Vec3d centre) {
+    tick_ += 2;
+    std::vector<BodyRecord> bodies;
+    for (std::uint64_t id = 1; id <= 20; ++id) {
+      BodyRecord& record = bodies.emplace_back(BodyRecord{.id = BodyId(id), .epoch = Epoch(1), .state = {}});
+      record.state.position = BodyId(id) == kBody ? body : Vec3d(-30, 0.5, static_cast<double>(id));
+      record.state.position.y += tick_ % 4 == 0 ? 0.1 : 0;
+    }
+    history_.Push(Tick(tick_), bodies, {});
+    bool came = false;
+    for (const Bytes& bytes : sender_.Write(history_, {.centre = centre, .own = BodyId(1)}, 0, 0).datagrams) {
+      const auto got = receiver_.Read(bytes);
+      EXPECT_TRUE(got.ok()) << got.status();
+      for (const BodyRecord& record : got->bodies) came = came || record.id == kBody;
+    }
+    EXPECT_TRUE(sender_.Acknowledge(receiver_.WriteAck()).ok());
+    return came;
+  }
+  int CountOf(int snapshots, Vec3d body, Vec3d centre) {
+    int count = 0;
+    for (int n = 0; n < snapshots; ++n) count += Comes(body, centre) ? 1 : 0;
+    return count;
+  }
+
+ private:
+  const SnapshotSettings settings_{.interest_radius_m = 60};
+  SnapshotHistory history_{kArena, settings_};
+  SnapshotSender sender_{settings_};
+  SnapshotReceiver receiver_{kArena, settings_};
+  std::uint64_t tick_ = 0;
+};
+
+TEST_F(RowTest, ABodyThatComesNearIsShownWithEachSnapshotFromTheNextOneOn) {
+  const Vec3d far(40, 0.5, 0), near(5, 0.5, 0);
+  CountOf(20, far, {});
+  EXPECT_EQ(CountOf(40, far, {}), 10);
+  EXPECT_EQ(CountOf(1, near, {}), 1) << "it is in another cell, so it is looked at out of turn";
+  EXPECT_EQ(CountOf(10, near, {}), 10);
+}
+
+TEST_F(RowTest, AViewThatIsPutElsewhereFindsWhatIsNearThere) {
+  const Vec3d body(40, 0.5, 0);
+  CountOf(20, body, {});
+  EXPECT_EQ(CountOf(40, body, {}), 10);
+  EXPECT_EQ(CountOf(11, body, {35, 0, 0}), 11);
+}
+
 TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
   SnapshotSettings settings;
   settings.client_bytes_per_s = 30'000;

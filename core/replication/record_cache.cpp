@@ -1,45 +1,37 @@
 #include "core/replication/record_cache.h"
 
-#include <algorithm>
-
 namespace tessera::replication {
 
-void RecordCache::Begin() {
-  constexpr std::size_t kFewest = 256;
-  const std::size_t room = std::bit_ceil(std::max(kFewest, 2 * count_));
-  if (++begun_ == 0 || table_.size() < room) {
-    table_.assign(room, Entry());
+void RecordCache::Begin(std::size_t slots) {
+  if (++begun_ == 0) {
+    rows_.assign(rows_.size(), Row());
     begun_ = 1;
   }
-  count_ = 0;
+  if (rows_.size() < slots) rows_.resize(slots);
+  blocks_.clear();
   words_.clear();
 }
 
-RecordCache::Entry& RecordCache::Place(std::uint64_t key) {
-  for (std::size_t at = Hash(key);; ++at) {
-    Entry& entry = table_[at & (table_.size() - 1)];
-    if (entry.begun != begun_ || entry.key == key) return entry;
+RecordCache::Place RecordCache::Add(const Key& key) {
+  const auto fresh = [&] {
+    blocks_.emplace_back();
+    if (pairs_.size() < kInBlock * blocks_.size()) pairs_.resize(2 * kInBlock * blocks_.size());
+    return static_cast<Place>(blocks_.size() - 1);
+  };
+  Row& row = rows_[key.slot];
+  if (row.begun != begun_) row = {.begun = begun_, .first = fresh()};
+  Place at = row.first;
+  while (blocks_[at].next != kNowhere) at = blocks_[at].next;
+  if (blocks_[at].count == kInBlock) {
+    const Place next = fresh();
+    blocks_[at].next = next;
+    at = next;
   }
-}
-
-RecordCache::Entry& RecordCache::Find(const Key& key) {
-  const std::uint64_t packed = key.packed();
-  Entry* entry = &Place(packed);
-  if (entry->begun == begun_) return *entry;
-  if (3 * ++count_ > 2 * table_.size()) {
-    Grow();
-    entry = &Place(packed);
-  }
-  *entry = {.key = packed, .begun = begun_};
-  return *entry;
-}
-
-void RecordCache::Grow() {
-  std::vector<Entry> old(2 * table_.size());
-  old.swap(table_);
-  for (const Entry& entry : old) {
-    if (entry.begun == begun_) Place(entry.key) = entry;
-  }
+  Block& block = blocks_[at];
+  block.keys[block.count] = key.packed();
+  const Place place = kInBlock * at + block.count++;
+  pairs_[place].bits = {Record::kNone, Record::kNone};
+  return place;
 }
 
 RecordCache::Record RecordCache::Store(const PackedRecord& record) {

@@ -1,19 +1,22 @@
 // RecordCache: the records packed since the last push, to be shared by all clients that have acknowledged the same
 // ticks.
 //
-//   cache.Begin();                                    // forgets all
+//   cache.Begin(slots);                               // forgets all
 //   cache.Prefetch(key);                              // some time before:
-//   RecordCache::Entry& entry = cache.Find(key);      // valid until the next Find
-//   if (!entry.pose().here()) entry.set_pose(cache.Store(packed));
-//   RecordCache::Record pose = entry.pose();
+//   RecordCache::Place place = cache.Find(key);       // kNowhere: nobody has asked for it yet
+//   if (place == RecordCache::kNowhere) place = cache.Add(key);
+//   if (!cache.pose(place).here()) cache.set_pose(place, cache.Store(packed));
+//   RecordCache::Record pose = cache.pose(place);
 //   PackedView bits = cache.View(pose);               // valid while `pose` is, and until the next Store
 //
-// A thousand clients look up tens of thousands of records a snapshot, each at random, so the cost is the memory that a
-// look-up touches: an entry is half a cache line, and most records lie in it because they fit a word.
-// Thread rule: one thread at a time.
+// A thousand clients look up tens of thousands of records a snapshot, so the cost is the memory that a look-up touches.
+// Clients go through bodies in the order of their slots, so the records of a slot lie together: in blocks of a few,
+// those first that were asked for first, which are those that most clients need. Most records lie in their block
+// because they fit a word. Thread rule: one thread at a time.
 #pragma once
 
-#include <bit>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -23,16 +26,16 @@ namespace tessera::replication {
 
 class RecordCache {
  public:
-  // A slot's present state against its states at three ticks. Fits 64 bits.
+  // A slot's present state against its states at three ticks.
   struct Key {
-    static constexpr int kSlotBits = 24, kTickBits = 28, kGapBits = 6;
-    static_assert(kSlotBits + kTickBits + 2 * kGapBits == 64);
+    static constexpr int kTickBits = 20, kGapBits = 6;
+    static_assert(kTickBits + 2 * kGapBits == 32);
     std::uint32_t slot = 0;
     std::uint32_t ticks = 0;         // back to the base; 0: a full record
     std::uint8_t gap = 0, gap2 = 0;  // 0: there is none
-    std::uint64_t packed() const {
-      return std::uint64_t{slot} << (kTickBits + 2 * kGapBits) | std::uint64_t{ticks} << (2 * kGapBits) |
-             std::uint64_t{gap} << kGapBits | gap2;
+    // All but the slot.
+    std::uint32_t packed() const {
+      return ticks << (2 * kGapBits) | std::uint32_t{gap} << kGapBits | std::uint32_t{gap2};
     }
   };
   struct Record {
@@ -41,36 +44,36 @@ class RecordCache {
     std::uint64_t word = 0;  // the record, or its place among the words
     std::uint16_t bits = kNone;
   };
-  struct alignas(32) Entry {
-    std::uint64_t key = 0;
-    std::uint64_t pose_word = 0, velocity_word = 0;
-    std::uint32_t begun = 0;  // number of the Begin that it belongs to; after another it counts as empty
-    std::uint16_t pose_bits = Record::kNone, velocity_bits = Record::kNone;
+  // Where the records of a key are, until the next Begin.
+  using Place = std::uint32_t;
+  static constexpr Place kNowhere = 0xffffffff;
 
-    Record pose() const { return {pose_word, pose_bits}; }
-    Record velocities() const { return {velocity_word, velocity_bits}; }
-    void set_pose(const Record& record) {
-      pose_word = record.word;
-      pose_bits = record.bits;
-    }
-    void set_velocities(const Record& record) {
-      velocity_word = record.word;
-      velocity_bits = record.bits;
-    }
-  };
-  static_assert(sizeof(Entry) == 32);
-
-  void Begin();
+  // For slots below `slots`.
+  void Begin(std::size_t slots);
   void Prefetch(const Key& key) const {
-    if (!table_.empty()) __builtin_prefetch(&table_[Hash(key.packed()) & (table_.size() - 1)], 1);
+    const Row& row = rows_[key.slot];
+    if (row.begun == begun_) __builtin_prefetch(&blocks_[row.first]);
   }
-  Entry& Find(const Key& key);
-  // Whether there is an entry; may say no where it is not in its first place.
-  bool Has(const Key& key) const {
-    const std::uint64_t packed = key.packed();
-    const Entry& entry = table_[Hash(packed) & (table_.size() - 1)];
-    return entry.begun == begun_ && entry.key == packed;
+  void Prefetch(Place place) const { __builtin_prefetch(&pairs_[place]); }
+  Place Find(const Key& key) const {
+    const Row& row = rows_[key.slot];
+    if (row.begun != begun_) return kNowhere;
+    const std::uint32_t packed = key.packed();
+    for (std::uint32_t at = row.first; at != kNowhere; at = blocks_[at].next) {
+      const Block& block = blocks_[at];
+      for (std::uint32_t i = 0; i < block.count; ++i) {
+        if (block.keys[i] == packed) return kInBlock * at + i;
+      }
+    }
+    return kNowhere;
   }
+  // Requires that the key is nowhere.
+  Place Add(const Key& key);
+
+  Record pose(Place place) const { return At(place, 0); }
+  Record velocities(Place place) const { return At(place, 1); }
+  void set_pose(Place place, const Record& record) { Set(place, 0, record); }
+  void set_velocities(Place place, const Record& record) { Set(place, 1, record); }
 
   Record Store(const PackedRecord& record);
   PackedView View(const Record& record) const {
@@ -78,18 +81,33 @@ class RecordCache {
   }
 
  private:
-  static std::uint64_t Hash(std::uint64_t key) {
-    std::uint64_t hash = key * 0x9e3779b97f4a7c15;
-    hash = (hash ^ (hash >> 32)) * 0x94d049bb133111eb;
-    return hash ^ (hash >> 29);
-  }
-  Entry& Place(std::uint64_t key);
-  void Grow();
+  static constexpr std::uint32_t kInBlock = 14;
+  struct alignas(64) Block {
+    std::array<std::uint32_t, kInBlock> keys{};
+    std::uint32_t next = kNowhere;
+    std::uint32_t count = 0;
+  };
+  static_assert(sizeof(Block) == 64);
+  struct Pair {  // pose, velocities
+    std::array<std::uint64_t, 2> words;
+    std::array<std::uint16_t, 2> bits;
+  };
+  struct Row {
+    std::uint32_t begun = 0;  // number of the Begin that it belongs to; after another it counts as empty
+    Place first = kNowhere;   // block
+  };
 
-  std::vector<Entry> table_;  // a power of two of them
+  Record At(Place place, std::size_t part) const { return {pairs_[place].words[part], pairs_[place].bits[part]}; }
+  void Set(Place place, std::size_t part, const Record& record) {
+    pairs_[place].words[part] = record.word;
+    pairs_[place].bits[part] = record.bits;
+  }
+
+  std::vector<Row> rows_;  // by slot
+  std::vector<Block> blocks_;
+  std::vector<Pair> pairs_;  // by place: kInBlock of them for each block
   std::vector<std::uint64_t> words_;
   std::uint32_t begun_ = 0;
-  std::size_t count_ = 0;
 };
 
 }  // namespace tessera::replication

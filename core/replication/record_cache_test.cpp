@@ -16,21 +16,24 @@ PackedRecord RecordOf(std::uint64_t number, int bits) {
 std::vector<std::uint64_t> WordsOf(const PackedView& view) { return {view.words, view.words + (view.bits + 63) / 64}; }
 
 RecordCache::Key KeyOf(std::uint32_t n) {
-  return {.slot = n / 4, .ticks = 3 + n % 2, .gap = static_cast<std::uint8_t>(1 + n % 4), .gap2 = 0};
+  return {.slot = n / 40, .ticks = 3 + n % 10, .gap = static_cast<std::uint8_t>(1 + n / 10 % 4), .gap2 = 0};
 }
 
 TEST(RecordCacheTest, KeepsShortAndLongRecordsWhileItGrows) {
-  constexpr std::uint32_t kRecords = 3000;  // ten times the room that it begins with
+  constexpr std::uint32_t kRecords = 3000, kSlots = 80;  // many more to a slot than a block holds
   RecordCache cache;
-  cache.Begin();
+  cache.Begin(kSlots);
   for (std::uint32_t n = 0; n < kRecords; ++n) {
-    RecordCache::Entry& entry = cache.Find(KeyOf(n));
-    ASSERT_FALSE(entry.pose().here()) << n;
-    entry.set_pose(cache.Store(RecordOf(n, n % 3 == 0 ? 200 : 40)));
+    ASSERT_EQ(cache.Find(KeyOf(n)), RecordCache::kNowhere) << n;
+    const RecordCache::Place place = cache.Add(KeyOf(n));
+    ASSERT_FALSE(cache.pose(place).here()) << n;
+    cache.set_pose(place, cache.Store(RecordOf(n, n % 3 == 0 ? 200 : 40)));
   }
   for (std::uint32_t n = 0; n < kRecords; ++n) {
-    const RecordCache::Record pose = cache.Find(KeyOf(n)).pose();
-    ASSERT_TRUE(pose.here()) << n;
+    const RecordCache::Place place = cache.Find(KeyOf(n));
+    ASSERT_NE(place, RecordCache::kNowhere) << n;
+    const RecordCache::Record pose = cache.pose(place);
+    EXPECT_FALSE(cache.velocities(place).here()) << n;
     const PackedRecord expected = RecordOf(n, n % 3 == 0 ? 200 : 40);
     EXPECT_EQ(pose.bits, expected.bits);
     EXPECT_EQ(WordsOf(cache.View(pose)), WordsOf(expected.view())) << n;
@@ -39,22 +42,29 @@ TEST(RecordCacheTest, KeepsShortAndLongRecordsWhileItGrows) {
 
 TEST(RecordCacheTest, ForgetsAllAtTheNextBegin) {
   RecordCache cache;
-  cache.Begin();
-  RecordCache::Entry& entry = cache.Find(KeyOf(1));
-  entry.set_pose(cache.Store(RecordOf(5, 40)));
-  entry.set_velocities(cache.Store(PackedRecord()));
-  EXPECT_TRUE(cache.Find(KeyOf(1)).velocities().here());
-  EXPECT_TRUE(cache.Has(KeyOf(1)));
-  cache.Begin();
-  EXPECT_FALSE(cache.Has(KeyOf(1)));
-  EXPECT_FALSE(cache.Find(KeyOf(1)).pose().here());
-  EXPECT_FALSE(cache.Find(KeyOf(1)).velocities().here());
+  cache.Begin(1);
+  const RecordCache::Place place = cache.Add(KeyOf(1));
+  cache.set_pose(place, cache.Store(RecordOf(5, 40)));
+  cache.set_velocities(place, cache.Store(PackedRecord()));
+  ASSERT_EQ(cache.Find(KeyOf(1)), place);
+  EXPECT_TRUE(cache.velocities(place).here());
+  cache.Begin(2);
+  EXPECT_EQ(cache.Find(KeyOf(1)), RecordCache::kNowhere);
+  EXPECT_EQ(cache.Find(KeyOf(41)), RecordCache::kNowhere) << "a slot that has come since";
+  const RecordCache::Place again = cache.Add(KeyOf(1));
+  EXPECT_FALSE(cache.pose(again).here());
+  EXPECT_FALSE(cache.velocities(again).here());
 }
 
 TEST(RecordCacheTest, TellsKeysApartThatDifferInOnePart) {
-  const RecordCache::Key key{.slot = 7, .ticks = 9, .gap = 2, .gap2 = 3};
-  const RecordCache::Key others[] = {{8, 9, 2, 3}, {7, 10, 2, 3}, {7, 9, 3, 3}, {7, 9, 2, 4}, {7, 9, 32, 32}};
-  for (const RecordCache::Key& other : others) EXPECT_NE(key.packed(), other.packed());
+  const RecordCache::Key keys[] = {{7, 9, 2, 3}, {8, 9, 2, 3},   {7, 10, 2, 3}, {7, 9, 3, 3},
+                                   {7, 9, 2, 4}, {7, 9, 32, 32}, {7, 0, 0, 0}};
+  RecordCache cache;
+  cache.Begin(9);
+  for (const RecordCache::Key& key : keys) {
+    EXPECT_EQ(cache.Find(key), RecordCache::kNowhere);
+    (void)cache.Add(key);
+  }
 }
 
 }  // namespace

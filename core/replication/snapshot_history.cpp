@@ -16,11 +16,16 @@ constexpr std::uint64_t kLastStamp = std::uint64_t{1} << 31, kKeptStamps = std::
 
 // --- Slots -----------------------------------------------------------------------------------------------------------
 
-const QuantizedState* Slot::At(Stamp tick) const {
+const QuantizedState* Slot::At(Stamp tick, std::size_t guess) const {
+  const std::size_t kept = ticks.size();
+  if (guess < kept) {
+    const std::size_t there = newest >= guess ? newest - guess : newest + kept - guess;
+    if (ticks[there] == tick) return &states[there];
+  }
   std::size_t at = newest;
-  for (std::size_t left = ticks.size(); left > 0; --left) {
+  for (std::size_t left = kept; left > 0; --left) {
     if (ticks[at] <= tick) return &states[at];
-    at = at == 0 ? ticks.size() - 1 : at - 1;
+    at = at == 0 ? kept - 1 : at - 1;
   }
   return nullptr;
 }
@@ -35,7 +40,6 @@ void SnapshotHistory::Impl::Begin(Tick at) {
   ++pushes;
   for (const std::uint32_t cell : dirty_cells) cells[cell].dirty.clear();
   dirty_cells.clear();
-  records.Begin();
 }
 
 // Gives the new tick a stamp. Everything older than kKeptStamps counts as having happened then.
@@ -91,7 +95,6 @@ void SnapshotHistory::Impl::Leave(SlotIndex index) {
 
 SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedState& state) {
   if (free.empty()) {
-    assert(slots.size() < std::size_t{1} << RecordCache::Key::kSlotBits);
     free.push_back(static_cast<SlotIndex>(slots.size()));
     slots.emplace_back();
     hot.emplace_back();
@@ -192,35 +195,30 @@ void SnapshotHistory::Impl::Remove(BodyId id) {
 
 // --- Records ---------------------------------------------------------------------------------------------------------
 
-const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key& key, bool with_velocities) {
-  RecordCache::Entry& entry = records.Find(key);
-  const bool full = key.ticks == 0, here = entry.pose().here();
-  if (here && (full || !with_velocities || entry.velocities().here())) return entry;
+void SnapshotHistory::Impl::Pack(const RecordCache::Key& key, RecordCache::Place place, bool with_velocities) {
+  const bool full = key.ticks == 0, here = records.pose(place).here();
   const Slot& slot = slots[key.slot];
-  if (full) {
-    entry.set_pose(records.Store(PackFull(quantizer, slot.epoch, slot.now(), slot.traits)));
-    return entry;
-  }
-  const Stamp base_tick = now - key.ticks;
-  const QuantizedState* base = slot.At(base_tick);
-  const auto before = [&](Stamp gap) { return slot.At(base_tick - gap); };
+  if (full) return records.set_pose(place, records.Store(PackFull(quantizer, slot.epoch, slot.now(), slot.traits)));
+  // A body that moves has changed with each push, and pushes are mostly as far apart as the last two.
+  const Stamp step = std::max<Stamp>(1, now - previous), since = now - hot[key.slot].since;
+  const auto state_at = [&](Stamp ticks_ago) { return slot.At(now - ticks_ago, (ticks_ago - since) / step); };
+  const QuantizedState* base = state_at(key.ticks);
   assert(base != nullptr);
   const Prediction prediction =
       predictor.Predict({.base = base,
-                         .older = key.gap != 0 ? before(key.gap) : nullptr,
-                         .oldest = key.gap2 != 0 ? before(Stamp{key.gap} + key.gap2) : nullptr,
+                         .older = key.gap != 0 ? state_at(key.ticks + key.gap) : nullptr,
+                         .oldest = key.gap2 != 0 ? state_at(key.ticks + key.gap + key.gap2) : nullptr,
                          .ticks = key.ticks,
                          .gap = key.gap,
                          .gap2 = key.gap2});
   const std::int32_t limit = quantizer.orientation_limit();
-  if (!here) entry.set_pose(records.Store(PackPose(prediction, *base, slot.now(), limit)));
-  if (!with_velocities) return entry;
+  if (!here) records.set_pose(place, records.Store(PackPose(prediction, *base, slot.now(), limit)));
+  if (!with_velocities) return;
   PackedRecord packed;
   if (!slot.now().asleep) {
     packed = PackVelocities(velocities.From(*base, slot.now(), prediction, key.ticks, limit), slot.now());
   }
-  entry.set_velocities(records.Store(packed));
-  return entry;
+  records.set_velocities(place, records.Store(packed));
 }
 
 // --- Outside ---------------------------------------------------------------------------------------------------------
@@ -238,6 +236,7 @@ void SnapshotHistory::Push(Tick tick, std::span<const BodyRecord> bodies, std::s
     impl_->Remove(departure.id);
   }
   for (const BodyRecord& body : bodies) impl_->Put(body);
+  impl_->records.Begin(impl_->slots.size());
 }
 
 }  // namespace tessera::replication

@@ -51,8 +51,8 @@ struct Slot {
     return own_team ? team_properties.get() : properties.get();
   }
   const QuantizedState& now() const { return states[newest]; }
-  // Null where it is not kept any more, or was not here.
-  const QuantizedState* At(Stamp tick) const;
+  // Null where it is not kept any more, or was not here. `guess`: so many changes ago it may have been.
+  const QuantizedState* At(Stamp tick, std::size_t guess) const;
 };
 
 // Hot data of a slot: every client reads it for every slot that it sees, at each snapshot. It is close together because
@@ -92,19 +92,22 @@ struct SnapshotHistory::Impl {
   void Put(const BodyRecord& body);
   void Remove(BodyId id);
 
-  // Packs the record if that is not done yet; valid until the next call. Requires that the slot keeps the states at the
-  // key's ticks (hot[slot].oldest).
-  const RecordCache::Entry& RecordOf(const RecordCache::Key& key, bool with_velocities);
+  // Where the record is, packed if that was not done yet; `found` is where the cache has it, if it has. Requires that
+  // the slot keeps the states at the key's ticks (hot[slot].oldest).
+  RecordCache::Place RecordOf(const RecordCache::Key& key, RecordCache::Place found, bool with_velocities) {
+    const RecordCache::Place place = found == RecordCache::kNowhere ? records.Add(key) : found;
+    const bool velocities_here = !with_velocities || key.ticks == 0 || records.velocities(place).here();
+    if (!velocities_here || !records.pose(place).here()) Pack(key, place, with_velocities);
+    return place;
+  }
   // Both ask for memory that RecordOf will look at if it has to pack: first the slot, some time later its states.
-  void PrefetchSlot(const RecordCache::Key& key) const {
-    if (records.Has(key)) return;
-    const auto* at = reinterpret_cast<const char*>(&slots[key.slot]);
+  void PrefetchSlot(SlotIndex index) const {
+    const auto* at = reinterpret_cast<const char*>(&slots[index]);
     __builtin_prefetch(at);
     __builtin_prefetch(at + 64);
   }
-  void PrefetchStates(const RecordCache::Key& key) const {
-    if (records.Has(key)) return;
-    const Slot& slot = slots[key.slot];
+  void PrefetchStates(SlotIndex index) const {
+    const Slot& slot = slots[index];
     __builtin_prefetch(&slot.ticks[slot.newest]);
     __builtin_prefetch(&slot.states[slot.newest]);
   }
@@ -138,6 +141,7 @@ struct SnapshotHistory::Impl {
   std::unordered_map<BodyId, DepartureRecord> departed;
 
  private:
+  void Pack(const RecordCache::Key& key, RecordCache::Place place, bool with_velocities);
   SlotIndex Take(const BodyRecord& body, const QuantizedState& state);
   void Change(SlotIndex index, const QuantizedState& state);
   void PutProperties(SlotIndex index, const BodyRecord& body);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include "absl/strings/str_cat.h"
@@ -21,7 +20,7 @@ constexpr double kBurst_s = 0.1;
 constexpr std::uint8_t kMaxUnanswered = 40;
 // Priorities are whole numbers: a body that is sent with each snapshot gains this much a snapshot.
 constexpr int kPriorityUnit = 16;
-static_assert(kPriorityUnit % (Viewer::kFarPeriod << Viewer::kMaxThinning) == 0);
+static_assert(kPriorityUnit % Viewer::kMaxPeriod == 0);
 // A body is sent out of turn when it has waited so many times its period.
 constexpr int kOverdue = 2;
 // A body that the client does not have goes ahead of others, as if it had waited so many snapshots.
@@ -36,180 +35,43 @@ constexpr std::size_t kAckBytes = 12;
 // bodies that are not near are sent half as often, or twice.
 constexpr std::uint32_t kThinAfter = 4, kThickenAfter = 20;
 constexpr std::size_t kMuch = 8;
-// Bits of a record with its head, by which it is told whether all that is due may fit, and how much of it to sort.
-constexpr double kLikelyBits = 120, kFewBits = 50;
+// Bits of a record with its head that few records have fewer than: by them it is told that all that is due cannot fit.
+constexpr double kFewBits = 50;
 
-// How many entries ahead memory is asked for.
-constexpr std::size_t kAhead = 8;
+// How many entries ahead memory is asked for, what others point to first.
+constexpr std::size_t kAhead = 12;
 
 }  // namespace
 
-// --- Entities --------------------------------------------------------------------------------------------------------
-
-void SnapshotSender::Impl::Follow(const History& history, const ClientView& view) {
-  std::vector<std::uint32_t>& before = seen_before;
-  before = window.cells();
-  const bool turned = window.Follow(history.grid, settings.interest_radius_m, view.centre);
-  const bool viewer_changed = view.own != own || view.team != team;
-  if (viewer_changed) ChangeViewer(view);
-  const bool missed = viewer_changed || pushes_seen + 1 != history.pushes;
-  if (pushes_seen == history.pushes && !turned && !viewer_changed) return;
-  pushes_seen = history.pushes;
-  if (missed) {
-    for (const Entity& body : std::vector<Entity>(entities)) {
-      if (body.used) Consider(history, body.slot);
-    }
-    ConsiderMembers(history, window.cells());
-    return;
-  }
-  if (turned) {
-    std::vector<std::uint32_t> other;
-    std::set_symmetric_difference(before.begin(), before.end(), window.cells().begin(), window.cells().end(),
-                                  std::back_inserter(other));
-    ConsiderMembers(history, other);
-    ConsiderDirty(history, before);  // bodies that have just left a cell that is not seen any more
-  }
-  ConsiderDirty(history, window.cells());
-}
-
-// Other bodies may be seen, and others' properties: all that the client sees is told anew.
-void SnapshotSender::Impl::ChangeViewer(const ClientView& view) {
-  own = view.own;
-  team = view.team;
-  for (Entity& body : entities) {
-    if (!body.used) continue;
-    body.acknowledged.properties = 0;
-    if (body.dirty != Entity::kClean) dirty[body.dirty].acknowledged.properties = 0;
-  }
-}
-
-void SnapshotSender::Impl::ConsiderDirty(const History& history, std::span<const std::uint32_t> cells) {
-  considered.clear();
-  for (const std::uint32_t cell : cells) {
-    for (const SlotIndex slot : history.cells[cell].dirty) {
-      by_slot.prefetch(slot);
-      considered.push_back(slot);
-    }
-  }
-  for (const SlotIndex slot : considered) Consider(history, slot);
-}
-
-void SnapshotSender::Impl::ConsiderMembers(const History& history, const std::vector<std::uint32_t>& cells) {
-  for (const std::uint32_t cell : cells) {
-    for (const SlotIndex slot : history.cells[cell].members) Consider(history, slot);
-  }
-}
-
-void SnapshotSender::Impl::Consider(const History& history, SlotIndex index) {
-  const HotData& data = history.hot[index];
-  const bool seen = data.used() && window.Sees(data.cell) && history.MaySee(index, own, team);
-  const auto found = by_slot.find(index);
-  if (found == by_slot.end()) {
-    if (seen) Appear(history, index);
-    return;
-  }
-  if (seen && entities[found->second].generation == data.generation) return MarkDirty(found->second);
-  Depart(history, found->second);
-  if (seen) Appear(history, index);
-}
-
-void SnapshotSender::Impl::Appear(const History& history, SlotIndex slot_index) {
-  const Slot& slot = history.slots[slot_index];
-  pending_departures.erase(slot.id);  // its return makes the departure void
-  if (free_entities.empty()) {
-    free_entities.push_back(static_cast<std::uint32_t>(entities.size()));
-    entities.emplace_back();
-  }
-  const std::uint32_t index = free_entities.back();
-  free_entities.pop_back();
-  entities[index] = {.id = slot.id,
-                     .acknowledged = {},
-                     .epoch = slot.epoch,
-                     .slot = slot_index,
-                     .generation = history.hot[slot_index].generation,
-                     .used = true};
-  by_slot[slot_index] = index;
-  MarkDirty(index);
-  dirty[entities[index].dirty].priority = kNewcomer * kPriorityUnit;
-}
-
-void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
-  Entity& body = entities[index];
-  DepartureRecord record{.id = body.id, .epoch = body.epoch, .to = {}};
-  const auto other = history.by_id.find(body.id);
-  if (other != history.by_id.end() && history.slots[other->second].epoch == body.epoch) {
-    record.why = DepartureRecord::Why::kOutOfInterest;
-  } else if (const auto found = history.departed.find(body.id); found != history.departed.end()) {
-    record = found->second;
-  }
-  by_slot.erase(body.slot);
-  body.used = false;
-  if (body.dirty != Entity::kClean) dirty[body.dirty].use = DirtyEntity::Use::kGone;
-  free_entities.push_back(index);
-  // No departure is sent of a body that is back already, in another slot.
-  if (other != history.by_id.end() && other->second != body.slot && by_slot.contains(other->second)) return;
-  pending_departures.insert_or_assign(record.id,
-                                      PendingDeparture{.record = record, .first_sequence = next_sequence, .sent = {}});
-}
-
-void SnapshotSender::Impl::MarkDirty(std::uint32_t index) {
-  Entity& body = entities[index];
-  if (body.dirty != Entity::kClean) return;
-  if (!free_dirty.Take(body.dirty)) {
-    body.dirty = static_cast<std::uint32_t>(dirty.size());
-    dirty.emplace_back();
-  }
-  dirty[body.dirty] = {.acknowledged = body.acknowledged,
-                       .slot = body.slot,
-                       .entity = index,
-                       .first_sequence = next_sequence,
-                       .priority = kOverdue * kPriorityUnit,  // at once
-                       .use = DirtyEntity::Use::kSeen};
-  dirty_list.push_back({body.id, body.dirty, body.slot});
-}
-
-// The client has its present state. Its past motion does not predict how it will move when it wakes.
-void SnapshotSender::Impl::MarkClean(std::uint32_t dirty_index) {
-  Entity& body = entities[dirty[dirty_index].entity];
-  body.acknowledged = dirty[dirty_index].acknowledged;
-  body.acknowledged.gap = body.acknowledged.gap2 = 0;
-  body.dirty = Entity::kClean;
-}
-
-// Follows the history to its new origin of stamps. Acknowledgements of earlier ticks are forgotten.
-void SnapshotSender::Impl::MoveOrigin(std::uint64_t to) {
-  const std::uint64_t by = to - origin;
-  origin = to;
-  const auto move = [by](Acknowledged& acknowledged) {
-    acknowledged.tick = MovedStamp(acknowledged.tick, by, 0);
-    acknowledged.properties = MovedStamp(acknowledged.properties, by, 0);
-  };
-  for (Entity& body : entities) move(body.acknowledged);
-  for (DirtyEntity& body : dirty) {
-    move(body.acknowledged);
-    body.sent = MovedStamp(body.sent, by, 0);
-  }
-}
-
 // --- Due entities ----------------------------------------------------------------------------------------------------
 
-bool SnapshotSender::Impl::Due(const History& history, const Viewer& viewer, BodyId id, DirtyEntity& body,
-                               float& distance_squared) const {
-  const HotData& data = history.hot[body.slot];
-  const bool full = body.acknowledged.tick == 0;
-  if (body.sent != 0 && std::max(data.since, data.properties_since) <= body.sent) {
+// Looks at a dirty entity whose turn may have come; true if it is due.
+bool SnapshotSender::Impl::Look(const History& history, const Viewer& viewer, DirtyRef at, Candidate& candidate) {
+  const DirtyEntity& body = dirty[at.dirty];
+  const HotData& data = history.hot[at.slot];
+  const bool full = body.acknowledged.tick == 0, sent_before = body.sent != 0;
+  const float distance_squared = viewer.DistanceSquared(data);
+  const Viewer::Ring ring = viewer.RingAt(distance_squared);
+  turns[at.dirty] = full || !sent_before || at.id == viewer.own() ? SendTurn() : SendTurn(ring, at.slot);
+  const bool unchanged = sent_before && std::max(data.since, data.properties_since) <= body.sent;
+  if (unchanged) {
     // The client may well have it: a body that has just come to rest is sent twice, then the client has time to answer.
     const bool repeat = !full && !body.repeated;
     if (!repeat && history.now - body.sent < repeat_after) return false;
   }
-  distance_squared = viewer.DistanceSquared(data);
-  const std::uint32_t period = viewer.Period(distance_squared, thinning);
-  body.priority =
-      static_cast<std::uint16_t>(std::min(body.priority + kPriorityUnit / static_cast<int>(period), 0xffff));
-  // All clients that see a body at one distance are sent it at the same ticks, so that one record serves them.
-  const bool in_turn = ((history.pushes + body.slot) & (period - 1)) == 0;
-  const bool due = body.priority >= (in_turn ? 1 : kOverdue) * kPriorityUnit;
-  return due || full || id == viewer.own();
+  const std::uint32_t period = Viewer::Period(ring, thinning);
+  const auto waited = static_cast<std::uint16_t>(history.pushes - body.since_push);
+  std::uint32_t priority = waited * (kPriorityUnit / period);
+  if (!sent_before) priority += (full ? kNewcomer : kOverdue) * kPriorityUnit;
+  candidate.id = at.id;
+  candidate.dirty = at.dirty;
+  candidate.distance_squared = distance_squared;
+  candidate.priority = priority;
+  candidate.place = RecordCache::kNowhere;
+  candidate.repeated = unchanged;
+  candidate.new_properties = data.properties_since > body.acknowledged.properties;
+  const bool due = priority >= (SendTurn::HasCome(history.pushes, at.slot, period) ? 1 : kOverdue) * kPriorityUnit;
+  return due || full || at.id == viewer.own();
 }
 
 // Puts the entities at the list's end, which have just become dirty, where their ids belong.
@@ -219,25 +81,41 @@ void SnapshotSender::Impl::SortDirtyList() {
   unsorted_dirty.assign(dirty_list.begin() + static_cast<std::ptrdiff_t>(sorted_dirty), dirty_list.end());
   std::sort(unsorted_dirty.begin(), unsorted_dirty.end(), by_id);
   // From the end of the list, where there is room.
-  std::size_t old = sorted_dirty, to = dirty_list.size();
-  for (std::size_t unsorted_left = unsorted_dirty.size(); unsorted_left > 0;) {
-    const bool take_old = old > 0 && by_id(unsorted_dirty[unsorted_left - 1], dirty_list[old - 1]);
-    dirty_list[--to] = take_old ? dirty_list[--old] : unsorted_dirty[--unsorted_left];
+  auto old = dirty_list.begin() + static_cast<std::ptrdiff_t>(sorted_dirty), to = dirty_list.end();
+  for (; !unsorted_dirty.empty(); unsorted_dirty.pop_back()) {
+    const auto at = std::lower_bound(dirty_list.begin(), old, unsorted_dirty.back(), by_id);
+    to = std::move_backward(at, old, to);
+    old = at;
+    *--to = unsorted_dirty.back();
   }
 }
 
 void SnapshotSender::Impl::Prefetch() const {
-  for (const DirtyRef& body : dirty_list) __builtin_prefetch(&dirty[body.dirty], 1);
+  constexpr std::size_t kLine = 64;
+  for (std::size_t i = 0; i < turns.size(); i += kLine / sizeof(SendTurn)) __builtin_prefetch(&turns[i]);
+  for (std::size_t i = 0; i < dirty_list.size(); i += kLine / sizeof(DirtyRef)) __builtin_prefetch(&dirty_list[i]);
 }
 
 void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {
   const Viewer viewer(view, settings);
   SortDirtyList();
-  candidates.clear();
-  std::size_t kept = 0;
+  const SendTurn::Table has_come(history.pushes, thinning);
+  looked_at.resize(dirty_list.size());
+  std::size_t count = 0;
   for (std::size_t i = 0; i < dirty_list.size(); ++i) {
-    if (i + kAhead < dirty_list.size()) __builtin_prefetch(&history.hot[dirty_list[i + kAhead].slot]);
-    const DirtyRef at = dirty_list[i];
+    looked_at[count] = static_cast<std::uint32_t>(i);
+    count += has_come[turns[dirty_list[i].dirty]];
+  }
+  candidates.resize(std::max(candidates.size(), count));  // and they are written where they are to stay
+  std::size_t found = 0;
+  bool removed = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i + kAhead < count) {
+      const DirtyRef& ahead = dirty_list[looked_at[i + kAhead]];
+      __builtin_prefetch(&history.hot[ahead.slot]);
+      __builtin_prefetch(&dirty[ahead.dirty], 1);
+    }
+    const DirtyRef at = dirty_list[looked_at[i]];
     DirtyEntity& body = dirty[at.dirty];
     const HotData& data = history.hot[at.slot];
     const Acknowledged& acknowledged = body.acknowledged;
@@ -247,16 +125,16 @@ void SnapshotSender::Impl::FindCandidates(const History& history, const ClientVi
       if (body.use != DirtyEntity::Use::kGone) MarkClean(at.dirty);
       body.use = DirtyEntity::Use::kFree;
       free_dirty.Give(at.dirty);
+      dirty_list[looked_at[i]].dirty = Entity::kClean;
+      removed = true;
       continue;
     }
-    dirty_list[kept++] = at;
-    float distance_squared = 0;
-    if (!Due(history, viewer, at.id, body, distance_squared)) continue;
-    candidates.push_back({at.id, at.dirty, distance_squared, KeyFor(history, body)});
-    history.records.Prefetch(candidates.back().key);
+    if (!Look(history, viewer, at, candidates[found])) continue;
+    candidates[found++].key = KeyFor(history, body);
   }
-  dirty_list.resize(kept);
-  sorted_dirty = kept;
+  candidates.resize(found);
+  if (removed) std::erase_if(dirty_list, [](const DirtyRef& at) { return at.dirty == Entity::kClean; });
+  sorted_dirty = dirty_list.size();
 }
 
 RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const DirtyEntity& body) {
@@ -284,27 +162,27 @@ void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& 
 
 // --- Writing ---------------------------------------------------------------------------------------------------------
 
-// Puts the `most` most important candidates first, in order: those that are near, and have waited long.
+// Those that are near, and have waited long, are the most important.
+float SnapshotSender::Impl::ScoreOf(const Candidate& candidate) const {
+  if (candidate.id == own) return std::numeric_limits<float>::max();
+  return static_cast<float>(candidate.priority) / (0.1f + std::sqrt(candidate.distance_squared));
+}
+
+// Puts the `most` most important candidates first, in order.
 void SnapshotSender::Impl::SortByScore(std::size_t most) {
   order.clear();
   for (const Candidate& candidate : candidates) {
-    const float score = candidate.id == own
-                            ? std::numeric_limits<float>::max()
-                            : dirty[candidate.dirty].priority / (0.1f + std::sqrt(candidate.distance_squared));
-    order.emplace_back(-score, static_cast<std::uint32_t>(order.size()));
+    order.emplace_back(-ScoreOf(candidate), static_cast<std::uint32_t>(order.size()));
   }
   const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(most, order.size()));
   if (end != order.end()) std::nth_element(order.begin(), end, order.end());
   std::sort(order.begin(), end);
-  sorted.clear();
-  for (const auto& place : order) sorted.push_back(candidates[place.second]);
-  std::swap(candidates, sorted);
 }
 
 // A crowd is shown less often where it is not near, rather than each time another part of it: clients that are sent a
 // body at the same snapshots share its record.
-void SnapshotSender::Impl::Thin(std::size_t deferred, bool much_left) {
-  const bool crowded = deferred * kMuch > candidates.size();
+void SnapshotSender::Impl::Thin(std::size_t due, std::size_t deferred, bool much_left) {
+  const bool crowded = deferred * kMuch > due;
   crowded_for = crowded ? crowded_for + 1 : 0;
   idle_for = !crowded && deferred == 0 && much_left ? idle_for + 1 : 0;
   if (crowded_for >= kThinAfter && thinning < Viewer::kMaxThinning) {
@@ -316,45 +194,96 @@ void SnapshotSender::Impl::Thin(std::size_t deferred, bool much_left) {
   }
 }
 
-// Chooses the most important candidates that the budget holds, and puts them in the order of their ids.
+// Asks for memory that the candidates after this one will need, what leads there first: keys, then records, or, where
+// nobody has packed one yet, slots and then states.
+void SnapshotSender::Impl::Ask(const History& history, std::size_t i) {
+  const std::size_t count = candidates.size();
+  const auto look_up = [&](Candidate& candidate) {
+    candidate.place = history.records.Find(candidate.key);
+    if (candidate.place != RecordCache::kNowhere) {
+      history.records.Prefetch(candidate.place);
+    } else {
+      history.PrefetchSlot(candidate.key.slot);
+    }
+  };
+  constexpr std::size_t kLookUp = 2 * kAhead / 3, kStates = kAhead / 3;
+  if (i == 0) {
+    for (std::size_t first = 0; first < std::min(kLookUp, count); ++first) look_up(candidates[first]);
+  }
+  if (i + kAhead < count) history.records.Prefetch(candidates[i + kAhead].key);
+  if (i + kLookUp < count) look_up(candidates[i + kLookUp]);
+  if (i + kStates < count && candidates[i + kStates].place == RecordCache::kNowhere) {
+    history.PrefetchStates(candidates[i + kStates].key.slot);
+  }
+}
+
+// Adds the candidate to the chosen ones; the bits that it takes, about.
+int SnapshotSender::Impl::Pick(History& history, const ClientView& view, float near, const Candidate& candidate) {
+  const RecordCache::Key& key = candidate.key;
+  Chosen& body = chosen.emplace_back();
+  body.id = candidate.id;
+  body.dirty = candidate.dirty;
+  body.key = key;
+  body.repeated = candidate.repeated;
+  body.velocities =
+      key.ticks != 0 && (!view.centre.has_value() || candidate.id == view.own || candidate.distance_squared <= near);
+  const RecordCache::Place place = history.RecordOf(key, candidate.place, body.velocities);
+  body.pose = history.records.pose(place);
+  body.bits = 10 + body.pose.bits;
+  if (body.velocities) {
+    body.velocity = history.records.velocities(place);
+    body.bits += body.velocity.bits;
+  }
+  if (candidate.new_properties) body.properties = history.slots[key.slot].PropertiesFor(view.own, view.team);
+  if (body.properties != nullptr) body.bits += 8 * static_cast<int>(body.properties->size()) + 20;
+  return body.bits;
+}
+
+// Leaves of the chosen ones, which are all candidates, the most important that so many bits hold, and at least one.
+void SnapshotSender::Impl::DropLeast(double bits) {
+  SortByScore(candidates.size());
+  std::size_t kept = 0;
+  for (; kept < order.size(); ++kept) {
+    bits -= chosen[order[kept].second].bits;
+    if (bits < 0 && kept > 0) break;
+  }
+  for (; kept < order.size(); ++kept) chosen[order[kept].second].dirty = Entity::kClean;
+  std::erase_if(chosen, [](const Chosen& body) { return body.dirty == Entity::kClean; });
+}
+
+// Chooses the most important candidates that the budget holds, in the order of their ids.
 void SnapshotSender::Impl::Choose(History& history, const ClientView& view, WrittenSnapshot& result) {
   chosen.clear();
   const auto most = static_cast<double>(settings.max_datagram_bytes);
   const double usable = most / (kDatagramOverheadBytes + most);
-  double bits_left = std::max(0.0, (allowance_bytes - kDatagramOverheadBytes - 24) * 8 * usable);
-  const double had = bits_left;
-  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) {
-    SortByScore(static_cast<std::size_t>(bits_left / kFewBits) + 1);
+  const double had = std::max(0.0, (allowance_bytes - kDatagramOverheadBytes - 24) * 8 * usable);
+  const std::size_t count = candidates.size();
+  if (static_cast<double>(count) * kFewBits > had) {
+    // They cannot all fit, so only those are looked up that may.
+    SortByScore(static_cast<std::size_t>(had / kFewBits) + 1);
+    sorted.clear();
+    for (const auto& place : order) sorted.push_back(candidates[place.second]);
+    std::swap(candidates, sorted);
+    candidates.resize(std::min(count, static_cast<std::size_t>(had / kFewBits) + 1));
   }
-  const double near = settings.velocity_radius_m * settings.velocity_radius_m;
+  const float near = Viewer(view, settings).Squared(settings.velocity_radius_m);
+  double bits = 0;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (i + kAhead < candidates.size()) history.PrefetchSlot(candidates[i + kAhead].key);
-    if (i + kAhead / 2 < candidates.size()) history.PrefetchStates(candidates[i + kAhead / 2].key);
-    const BodyId id = candidates[i].id;
-    DirtyEntity& body = dirty[candidates[i].dirty];
-    const HotData& data = history.hot[body.slot];
-    const RecordCache::Key& key = candidates[i].key;
-    const bool velocities = key.ticks != 0 && (!view.centre.has_value() || id == view.own ||
-                                               LengthSquared(Vec3d(data.position) - *view.centre) <= near);
-    const RecordCache::Entry& record = history.RecordOf(key, velocities);
-    const Bytes* properties = data.properties_since > body.acknowledged.properties
-                                  ? history.slots[body.slot].PropertiesFor(view.own, view.team)
-                                  : nullptr;
-    if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
-    bits_left -= 10 + record.pose_bits + (velocities ? record.velocity_bits : 0);
-    if (bits_left < 0 && !chosen.empty()) {
-      result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
-      break;
-    }
-    chosen.push_back({id, candidates[i].dirty, velocities, key, record.pose(), record.velocities(), properties});
-    body.repeated = body.sent != 0 && std::max(data.since, data.properties_since) <= body.sent;
+    Ask(history, i);
+    bits += Pick(history, view, near, candidates[i]);
+  }
+  if (bits > had) DropLeast(had);
+  result.deferred = static_cast<std::uint32_t>(count - chosen.size());
+  for (const Chosen& at : chosen) {
+    DirtyEntity& body = dirty[at.dirty];
+    body.repeated = at.repeated;
     body.sent = history.now;
-    if (key.gap2 == 0) body.acknowledged.gap2 = 0;  // the client forgets a sample that is not referred to any more
-    body.priority = 0;
+    body.since_push = static_cast<std::uint16_t>(history.pushes);
+    if (at.key.gap2 == 0) body.acknowledged.gap2 = 0;  // the client forgets a sample that is not referred to any more
     body.acknowledged.unanswered = static_cast<std::uint8_t>(std::min(body.acknowledged.unanswered + 1, 255));
   }
   const double earned = 8 * settings.client_bytes_per_s * view.budget_share / settings.tick_rate_hz;
-  Thin(result.deferred, had - bits_left < 0.5 * earned * static_cast<double>(history.now - history.previous));
+  Thin(count, result.deferred, bits < 0.5 * earned * static_cast<double>(history.now - history.previous));
   const auto by_id = [](const Chosen& a, const Chosen& b) { return a.id < b.id; };
   if (!std::is_sorted(chosen.begin(), chosen.end(), by_id)) std::sort(chosen.begin(), chosen.end(), by_id);
 }
@@ -398,7 +327,6 @@ void SnapshotSender::Impl::ForgetOldest() {
 WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& view, std::uint32_t last_input,
                                             std::int32_t margin) {
   WrittenSnapshot result;
-  Prefetch();
   if (origin != history.origin) MoveOrigin(history.origin);
   repeat_after = static_cast<std::uint64_t>(round_trip_ticks * 1.25) + 2;
   Follow(history, view);

@@ -1,8 +1,8 @@
 // Inside of SnapshotSender: what one client was sent, and what it is to be sent next. Not for others.
 //
 // The sender has an Entity for each body that the client sees. Most of them rest: the client has acknowledged their
-// present state. The others also have a DirtyEntity, and only those are looked at in each Write. An entity becomes
-// dirty when the history lists its slot as dirty, and clean when the client has acknowledged its newest state.
+// present state. The others also have a DirtyEntity, and a Write looks only at those whose turn it may be. An entity
+// becomes dirty when the history lists its slot as dirty, and clean when the client has acknowledged its newest state.
 #pragma once
 
 #include <algorithm>
@@ -20,9 +20,9 @@
 #include "core/replication/datagram_writer.h"
 #include "core/replication/interest.h"
 #include "core/replication/record_cache.h"
+#include "core/replication/send_turn.h"
 #include "core/replication/snapshot_history_impl.h"
 #include "core/replication/snapshot_sender.h"
-#include "core/replication/viewer.h"
 
 namespace tessera::replication {
 
@@ -62,7 +62,7 @@ struct alignas(32) DirtyEntity {
   SlotIndex slot = 0;
   std::uint32_t entity = 0;          // index
   std::uint32_t first_sequence = 0;  // acknowledgements of earlier datagrams belong to another entity
-  std::uint16_t priority = 0;        // in 1 / kPriorityUnit of a body that is due at the next snapshot
+  std::uint16_t since_push = 0;      // low bits of the number of the push at which it was sent or became dirty
   bool repeated = false;             // the present state was sent more than once
   Use use = Use::kFree;
 };
@@ -125,21 +125,36 @@ struct SnapshotSender::Impl {
   void Consider(const History& history, SlotIndex slot);
   void Appear(const History& history, SlotIndex slot);
   void Depart(const History& history, std::uint32_t index);
-  void MarkDirty(std::uint32_t index);
+  void MarkDirty(const History& history, std::uint32_t index);
   void MarkClean(std::uint32_t dirty_index);
   void SortDirtyList();
+
+  // Its slot stands here too, so that both can be prefetched before either is looked at.
+  struct DirtyRef {
+    BodyId id;
+    std::uint32_t dirty;
+    SlotIndex slot;
+  };
 
   // Writing: the due entities, those of them that the budget holds, and the datagrams.
   struct Candidate {
     BodyId id;
-    std::uint32_t dirty;
-    float distance_squared;  // Viewer::DistanceSquared
+    std::uint32_t dirty = 0;
+    float distance_squared = 0;                        // Viewer::DistanceSquared
+    std::uint32_t priority = 0;                        // in 1 / kPriorityUnit of one that is due at the next snapshot
+    RecordCache::Place place = RecordCache::kNowhere;  // of its record, once it was looked up
     RecordCache::Key key;
+    bool repeated = false;        // the present state was sent before
+    bool new_properties = false;  // the client lacks the newest
   };
   void FindCandidates(const History& history, const ClientView& view);
-  bool Due(const History& history, const Viewer& viewer, BodyId id, DirtyEntity& body, float& distance_squared) const;
+  bool Look(const History& history, const Viewer& viewer, DirtyRef at, Candidate& candidate);
+  float ScoreOf(const Candidate& candidate) const;
   void SortByScore(std::size_t most);
-  void Thin(std::size_t deferred, bool much_left);
+  void Thin(std::size_t due, std::size_t deferred, bool much_left);
+  void Ask(const History& history, std::size_t i);
+  int Pick(History& history, const ClientView& view, float near, const Candidate& candidate);
+  void DropLeast(double bits);
   void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
   static RecordCache::Key KeyFor(const History& history, const DirtyEntity& body);
   std::vector<DepartureRecord> DueDepartures(const History& history);
@@ -154,21 +169,17 @@ struct SnapshotSender::Impl {
 
   SnapshotSettings settings;
   InterestWindow window;
-  BodyId own;  // the view's own body
+  std::optional<Vec3d> centre;  // the view's, at the last snapshot
+  BodyId own;                   // the view's own body
   TeamId team = 0;
   std::uint64_t pushes_seen = 0;
   std::vector<Entity> entities;
   std::vector<std::uint32_t> free_entities;
   absl::flat_hash_map<SlotIndex, std::uint32_t> by_slot;  // to the index of the entity
   std::vector<DirtyEntity> dirty;
+  std::vector<SendTurn> turns;  // of `dirty`, by the same index
   FreeIndices free_dirty;
-  // The dirty entities: ascending by id but for the newest, which stand at the end. Their slots stand here too, so that
-  // both can be prefetched before either is looked at.
-  struct DirtyRef {
-    BodyId id;
-    std::uint32_t dirty;
-    SlotIndex slot;
-  };
+  // The dirty entities: ascending by id but for the newest, which stand at the end.
   std::vector<DirtyRef> dirty_list;
   std::size_t sorted_dirty = 0;  // so many of the list are in order
   absl::btree_map<BodyId, PendingDeparture> pending_departures;
@@ -194,15 +205,17 @@ struct SnapshotSender::Impl {
   std::vector<Candidate> candidates, sorted;
   std::vector<std::pair<float, std::uint32_t>> order;  // negative score, index of the candidate
   std::vector<DirtyRef> unsorted_dirty;
+  std::vector<std::uint32_t> looked_at;    // places in dirty_list
   std::vector<std::uint32_t> seen_before;  // cells
   std::vector<SlotIndex> considered;
   struct Chosen {
     BodyId id;
-    std::uint32_t dirty;
-    bool velocities;
+    std::uint32_t dirty = 0;
     RecordCache::Key key;
     RecordCache::Record pose, velocity;
-    const Bytes* properties;  // null: not sent
+    const Bytes* properties = nullptr;  // null: not sent
+    int bits = 0;
+    bool velocities = false, repeated = false;
   };
   std::vector<Chosen> chosen;
   DatagramWriter writer;

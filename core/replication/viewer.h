@@ -16,6 +16,8 @@ class Viewer {
   // or four times as many, by `thinning`.
   static constexpr std::uint32_t kNearPeriod = 1, kMiddlePeriod = 2, kFarPeriod = 4;
   static constexpr std::uint32_t kMaxThinning = 2;
+  static constexpr std::uint32_t kMaxPeriod = kFarPeriod << kMaxThinning;
+  enum class Ring : std::uint8_t { kNear, kMiddle, kFar };
 
   Viewer(const ClientView& view, const SnapshotSettings& settings)
       : own_(view.own),
@@ -31,9 +33,15 @@ class Viewer {
   float DistanceSquared(const HotData& body) const {
     return placed_ ? LengthSquared(body.position - centre_) * per_radius_squared_ : 0;
   }
-  std::uint32_t Period(float distance_squared, std::uint32_t thinning) const {
-    if (!limited_ || distance_squared <= kNear * kNear) return kNearPeriod;
-    return (distance_squared <= kMiddle * kMiddle ? kMiddlePeriod : kFarPeriod) << thinning;
+  // The same of a distance in m.
+  float Squared(double distance_m) const { return static_cast<float>(distance_m * distance_m) * per_radius_squared_; }
+  Ring RingAt(float distance_squared) const {
+    if (!limited_ || distance_squared <= kNear * kNear) return Ring::kNear;
+    return distance_squared <= kMiddle * kMiddle ? Ring::kMiddle : Ring::kFar;
+  }
+  static constexpr std::uint32_t Period(Ring ring, std::uint32_t thinning) {
+    if (ring == Ring::kNear) return kNearPeriod;
+    return (ring == Ring::kMiddle ? kMiddlePeriod : kFarPeriod) << thinning;
   }
   BodyId own() const { return own_; }
 
