@@ -44,7 +44,7 @@ TEST(PairTableTest, ForgetsPairsOfSleepersUntilOneWakes) {
   EXPECT_THAT(Walked(loose.pairs), ElementsAre(std::pair(1, 2)));
 }
 
-// What is prefetched is counted in lines.
+// Lines are what is prefetched.
 TEST(PairTableTest, AManifoldBeginsTheSecondCacheLineOfItsPair) {
   LooseBodies loose;
   RigidBody &a = loose.Add(Dynamic(1, Ball(), {})), &b = loose.Add(Dynamic(2, Ball(), {}));

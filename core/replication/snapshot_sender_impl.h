@@ -142,7 +142,7 @@ struct SnapshotSender::Impl {
     std::uint32_t dirty = 0;
     float distance_squared = 0;                        // Viewer::DistanceSquared
     std::uint32_t priority = 0;                        // in 1 / kPriorityUnit of one that is due at the next snapshot
-    RecordCache::Place place = RecordCache::kNowhere;  // of its record, once it was looked up
+    RecordCache::Place place = RecordCache::kNowhere;  // its record, once it was looked up
     RecordCache::Key key;
     bool repeated = false;        // the present state was sent before
     bool new_properties = false;  // the client lacks the newest
@@ -177,7 +177,7 @@ struct SnapshotSender::Impl {
   std::vector<std::uint32_t> free_entities;
   absl::flat_hash_map<SlotIndex, std::uint32_t> by_slot;  // to the index of the entity
   std::vector<DirtyEntity> dirty;
-  std::vector<SendTurn> turns;  // of `dirty`, by the same index
+  std::vector<SendTurn> turns;  // those in `dirty`, by the same index
   FreeIndices free_dirty;
   // The dirty entities: ascending by id but for the newest, which stand at the end.
   std::vector<DirtyRef> dirty_list;

@@ -123,7 +123,7 @@ test('a body that vanishes on its way leaves the others on theirs', () => {
 test('after a new beginning bodies have the same slots on both sides, whatever each has seen before', () => {
   const { bodies, motion, apply } = make();
   apply(appear(...Array.from({ length: 300 }, (_, at) => BigInt(at + 1))));
-  motion.apply(appear(...Array.from({ length: 900 }, (_, at) => BigInt(at + 1000))), 1); // of this the page hears nothing
+  motion.apply(appear(...Array.from({ length: 900 }, (_, at) => BigInt(at + 1000))), 1); // the page hears nothing of this
   bodies.clear();
   motion.clear();
   apply(appear(...Array.from({ length: 400 }, (_, at) => BigInt(at + 1))));

@@ -66,7 +66,7 @@ test('whatever its detail a ball covers about as many pixels', () => {
     const at = (corner: number) => new THREE.Vector3().fromBufferAttribute(geometry.getAttribute('position') as THREE.BufferAttribute, geometry.index!.getX(corner));
     let area = 0;
     for (let corner = 0; corner < geometry.index!.count; corner += 3) area += new THREE.Triangle(at(corner), at(corner + 1), at(corner + 2)).getArea();
-    // What is convex covers a quarter of its surface, in the mean of all sides that it is seen from.
+    // A convex solid covers a quarter of its surface, in the mean of all sides that it is seen from.
     assert.ok(Math.abs(area / 4 / (Math.PI * 0.25) - 1) < 0.1, `${detail} covers ${(area / 4).toFixed(3)}`);
   }
 });

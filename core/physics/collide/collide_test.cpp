@@ -204,7 +204,7 @@ TEST(ReuseTest, KeepsImpulsesByName) {
   }
 }
 
-// Of a cube that is tilted a little, two corners are further away than is asked for, and then are not.
+// Two corners of a cube that is tilted a little are further away than is asked for, and then are not.
 TEST(ReuseTest, PointsThatGoAndComeAgainTakeNobodysImpulse) {
   constexpr float kNear_m = 0.01f;
   const ShapeRef floor = GeometryOf(BoxShape{{5, 0.5, 5}}), cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});

@@ -61,7 +61,7 @@ void WriteFastList(BitWriter& writer, std::span<const FastItem> items) {
   SampleTicks samples;
   for (const FastItem& item : items) {
     assert(item.id > previous);
-    // What goes before the record is gathered, to be written with it.
+    // All that goes before the record is gathered, to be written with it.
     std::uint64_t head = 0;
     int bits = 0;
     const std::uint64_t gap = item.id.value() - previous.value() - 1;

@@ -1,4 +1,4 @@
-// What the page and its worker say to each other. The worker holds the socket, reads what comes and moves the bodies; the
+// All that the page and its worker say to each other. The worker holds the socket, reads what comes and moves the bodies; the
 // page is given what it draws, and passes on what it has to say.
 
 import type { Appeared, BinaryMessage, Frame, JsonMessage } from '../protocol/messages.ts';

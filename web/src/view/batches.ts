@@ -10,7 +10,7 @@ import { type PlainLight, plainBodies } from './plain.ts';
 import type { Visuals } from './visuals.ts';
 
 const LEAST_JUDGED = 512; // bodies a picture whose detail is judged anew
-const SHARE_JUDGED = 0.125; // of all bodies, where that is more
+const SHARE_JUDGED = 0.125; // a share of all bodies, where that is more
 
 type Look = 'solid' | 'trigger' | 'drawn'; // drawn: by meshes of a file
 

@@ -49,7 +49,7 @@ export class WorldView {
   private map: PartitionMap | null = null;
   private bounds = [-50, 0, -50, 50, 20, 50];
   private theme = DARK;
-  private size = { width: 1, height: 1 }; // of the canvas, as the page sees it: asking it costs a layout
+  private size = { width: 1, height: 1 }; // the canvas, as the page sees it: asking it costs a layout
   private posed: Float32Array | null = null; // as the last picture has them
 
   private readonly values: Values;

@@ -87,7 +87,7 @@ export class Bodies {
     this.resize(0);
   }
 
-  // What has vanished and appeared, owners and states.
+  // Takes in what has vanished and appeared, owners and states.
   apply({ vanished, appeared, owners, states }: Pick<FrameTold, 'vanished' | 'appeared' | 'owners' | 'states'>): void {
     if (vanished.length > 0) this.removeAll(vanished);
     if (appeared.length > 0) this.addAll(appeared);
