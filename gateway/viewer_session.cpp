@@ -263,7 +263,7 @@ bool ViewerSession::FrameDue(TimePoint now) const {
   if (view_ == nullptr || generation_ == 0 || generation_ != view_->generation || view_->picture == nullptr)
     return false;
   if (view_changed_) return true;
-  return now >= next_frame_ && (!view_->picture->paused || now - last_frame_ >= kStillInterval);
+  return now >= next_frame_ - kPunctual && (!view_->picture->paused || now - last_frame_ >= kStillInterval);
 }
 
 std::optional<OutgoingMessage> ViewerSession::NextFrame(TimePoint now) {

@@ -112,6 +112,19 @@ TEST_F(ViewerSessionTest, FramesComeAtTheRateThatItAsksFor) {
   EXPECT_NEAR(static_cast<double>(frames_in_a_second()), 5, 1);
 }
 
+TEST_F(ViewerSessionTest, ALoopThatTicksALittleUnpunctuallyCostsNoFrame) {
+  Drain();
+  const std::uint64_t before = session_.frames();
+  const ViewerSession::TimePoint begin = now_;
+  constexpr std::chrono::microseconds kLate[] = {900us, 50us, 400us, 1300us, 0us, 700us, 200us};
+  for (int tick = 1; tick <= 600; ++tick) {
+    now_ = begin + tick * 16'666'666ns + kLate[tick % std::size(kLate)];
+    Move(tick);
+    Drain();
+  }
+  EXPECT_NEAR(static_cast<double>(session_.frames() - before), 300, 3);
+}
+
 TEST_F(ViewerSessionTest, WhoReadsSlowlyGetsTheNewestFrameOnce) {
   Drain();
   for (int i = 0; i < 1000; ++i) {
