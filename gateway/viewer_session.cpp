@@ -49,6 +49,7 @@ std::optional<ViewerMessage> ViewerSession::Receive(std::string_view text, TimeP
   }
   if (const auto* view = std::get_if<SetView>(&*message)) {
     rate_hz_ = view->rate_hz.value_or(rate_hz_);
+    next_frame_ = now;  // not when the next one of an earlier rate was due
     shown_.radius_m = view->radius_m;
     if (view->center) shown_.center = *view->center;
     center_given_ = center_given_ || view->center.has_value();

@@ -112,6 +112,20 @@ TEST_F(ViewerSessionTest, FramesComeAtTheRateThatItAsksFor) {
   EXPECT_NEAR(static_cast<double>(frames_in_a_second()), 5, 1);
 }
 
+TEST_F(ViewerSessionTest, AHigherRateHoldsAtOnce) {
+  Receive(R"({"type":"view","rate_hz":1})");
+  Drain();
+  now_ += 100ms;
+  Receive(R"({"type":"view","rate_hz":30})");
+  const std::uint64_t before = session_.frames();
+  for (int tick = 0; tick < 30; ++tick) {
+    now_ += 16'667us;
+    Move(tick);
+    Drain();
+  }
+  EXPECT_NEAR(static_cast<double>(session_.frames() - before), 15, 1);
+}
+
 TEST_F(ViewerSessionTest, ALoopThatTicksALittleUnpunctuallyCostsNoFrame) {
   Drain();
   const std::uint64_t before = session_.frames();
