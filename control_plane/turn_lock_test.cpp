@@ -59,6 +59,7 @@ TEST_F(TurnOrderTest, AnOrdinaryOneIsServedOnceItHasWaitedForLong) {
 
 TEST(TurnLockTest, PlayersComeAfterOperators) {
   TurnLock turns;
+  const auto begun = std::chrono::steady_clock::now();
   std::string order;  // under the lock
   turns.lock();
   std::vector<std::thread> threads;
@@ -77,8 +78,12 @@ TEST(TurnLockTest, PlayersComeAfterOperators) {
     const std::lock_guard lock(turns);
     order += 'o';
   });
+  // Nothing fails on a machine that took so long to get here: players are overdue by then, and come first.
+  const bool overdue = std::chrono::steady_clock::now() - begun > TurnLock::kOrdinaryPatience / 2;
   turns.unlock();
   for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(order.size(), 4u);
+  if (overdue) GTEST_SKIP() << "four threads took longer to start than players wait: " << order;
   EXPECT_EQ(order, "oppp");
 }
 
