@@ -80,6 +80,24 @@ copy_repository() {
   fi
 }
 
+# Devices that everybody may use, whatever the modes of this machine's are: apt works as a user of its own. Where none may be
+# made, as in a container, this machine's are lent.
+make_devices() {
+  local folder=$1 device major minor
+  while read -r device major minor; do
+    mknod -m 666 "$folder/$device" c "$major" "$minor" 2>/dev/null && continue
+    : >"$folder/$device"
+    mount --bind "/dev/$device" "$folder/$device"
+  done <<'END'
+null 1 3
+zero 1 5
+full 1 7
+random 1 8
+urandom 1 9
+tty 5 0
+END
+}
+
 # enter RUN COMMAND...: in namespaces of its own. Nothing mounted here is seen outside, and all of it goes with the namespace.
 enter() {
   local run=$1 root=$1/root device
@@ -107,10 +125,7 @@ enter() {
   mount -t devpts -o newinstance,ptmxmode=0666,mode=620 devpts "$root/dev/pts"
   ln -s pts/ptmx "$root/dev/ptmx"
   ln -s /proc/self/fd "$root/dev/fd"
-  for device in null zero full random urandom tty; do
-    : >"$root/dev/$device"
-    mount --bind "/dev/$device" "$root/dev/$device"
-  done
+  make_devices "$root/dev"
   # This shell is process 1 of the namespace and waits for orphans too.
   # shellcheck disable=SC2016  # expands inside
   chroot "$root" /usr/bin/env -i HOME=/root TERM="${TERM:-dumb}" PATH=/usr/sbin:/usr/bin:/sbin:/bin ${CI:+CI="$CI"} \
