@@ -1,9 +1,11 @@
 // Measures the page, as a recorded feed of 5000 bodies moves it, against a bare page that draws the same bodies with one
 // InstancedMesh and no more: from the same camera, on as many pixels. It draws boxes, and in turns with them the geometry
 // that the page draws each body with. Frame rate, script time a frame against copying 5000 matrices, size, requests,
-// complaints. Frames are not capped; the two pages take turns, so that a busy machine slows
-// both, and the feed waits while the bare page has its turn. The feed is that of a gateway, kept by --record, or else the
-// fake gateway's. With --load it measures instead what a browser loads of a real gateway, and how soon the page draws.
+// complaints. Script time is told twice: by the clock, which also counts what other threads of the browser take from the
+// page's where processors are few, and as that thread's own time of a processor. Frames are not capped; the two pages take
+// turns, so that a busy machine slows both, and the feed waits while the bare page has its turn. The feed is that of a
+// gateway, kept by --record, or else the fake gateway's. With --load it measures instead what a browser loads of a real
+// gateway, and how soon the page draws.
 //
 //   node build/tests/measure.mjs [--feed FILE] [--rounds 5] [--seconds 4] [--json]
 //   node build/tests/measure.mjs --record http://127.0.0.1:7710/#plaza-1 --feed FILE [--rounds 5] [--seconds 4]
@@ -14,7 +16,7 @@
 import { build } from 'esbuild';
 import { createServer } from 'node:http';
 import type { AddressInfo } from 'node:net';
-import type { Page } from 'playwright-core';
+import type { CDPSession, Page } from 'playwright-core';
 import { holds, launch, open } from './browser.ts';
 import { FakeGateway } from './fake_gateway.ts';
 import { type FeedMessage, RecordedFeed, read, record, write } from './recorded_feed.ts';
@@ -65,15 +67,33 @@ window.bare = {
   },
   picture() {
     const begin = performance.now();
+    performance.mark('script begins');
     sets.forEach((set, same) => set.forEach(({ mesh }) => (mesh.visible = bare.same === (same === 1))));
     for (const { mesh, matrices } of sets[bare.same ? 1 : 0]) {
       for (let index = 0; index < matrices.length; ++index) mesh.setMatrixAt(index, matrices[index]);
       mesh.instanceMatrix.needsUpdate = true;
     }
+    performance.mark('script drew');
     if (!bare.same) bare.copy_ms.push(performance.now() - begin);
     renderer.render(scene, camera);
   },
 };`;
+
+// Marks where the page's own script begins and ends: for a picture, and for what its worker sends it.
+const MARKED = `(() => {
+  const { page, view, session: { feed: { worker } } } = tessera;
+  const mark = (owner, name, before, after) => {
+    const called = owner[name].bind(owner);
+    owner[name] = (...given) => {
+      if (before) performance.mark(before);
+      called(...given);
+      if (after) performance.mark(after);
+    };
+  };
+  mark(page, 'picture', 'script begins');
+  mark(view, 'render', 'script drew');
+  mark(worker, 'onmessage', 'script begins', 'script ends');
+})()`;
 
 // The picture that the page draws now: where its bodies are, what they are drawn with, its camera, and how many pixels it
 // draws on.
@@ -122,6 +142,42 @@ function drawn(page: Page, what: string): Promise<number> {
     }
     return 1000 * frames / (performance.now() - begin);
   })()`) as Promise<number>;
+}
+
+interface Mark {
+  name: string;
+  pid: number;
+  ts: number;
+  tts: number; // time of a processor that its thread has had, in us
+}
+
+// Milliseconds of a processor that the script between the marks had of each picture, while `work` went on.
+async function scriptCpu(session: CDPSession, work: () => Promise<number>): Promise<{ rate: number; cpu_ms: number[] }> {
+  const marks: Mark[] = [];
+  const collect = ({ value }: { value: unknown[] }) => marks.push(...(value as Mark[]).filter(({ name }) => name.startsWith('script ')));
+  session.on('Tracing.dataCollected', collect);
+  await session.send('Tracing.start', { traceConfig: { includedCategories: ['blink.user_timing'] }, transferMode: 'ReportEvents' });
+  const rate = await work();
+  const told = new Promise((done) => session.once('Tracing.tracingComplete', done));
+  await session.send('Tracing.end');
+  await told;
+  session.off('Tracing.dataCollected', collect);
+  const cpu_ms: number[] = [];
+  let begin: Mark | null = null;
+  let spent_ms = 0;
+  const drawing = marks.find(({ name }) => name === 'script drew')?.pid; // the other page is also sent something
+  for (const mark of marks.filter(({ pid }) => pid === drawing).sort((a, b) => a.ts - b.ts)) {
+    if (mark.name === 'script begins') {
+      begin = mark;
+    } else if (begin) {
+      spent_ms += (mark.tts - begin.tts) / 1000;
+      begin = null;
+      if (mark.name === 'script ends') continue;
+      cpu_ms.push(spent_ms);
+      spent_ms = 0;
+    }
+  }
+  return { rate, cpu_ms };
 }
 
 interface Figure {
@@ -180,23 +236,31 @@ async function compare(feed: FeedMessage[]): Promise<Record<string, Figure>> {
   await inspector.page.evaluate('tessera.page.hold = true');
   const scene = (await inspector.page.evaluate(SCENE)) as { poses: number[][] };
   await plain.page.evaluate(`bare.begin(${JSON.stringify(scene)})`);
+  await inspector.page.evaluate(MARKED);
+  const session = await browser.newBrowserCDPSession();
 
   const bare_rates: number[] = [];
   const same_rates: number[] = [];
   const page_rates: number[] = [];
   const own: number[][] = [];
   const copies: number[][] = [];
+  const own_cpu: number[][] = [];
+  const copies_cpu: number[][] = [];
   for (let round = 0; round < rounds; ++round) {
     gateway.pause();
     await plain.page.evaluate('bare.copy_ms.length = 0');
-    bare_rates.push(await drawn(plain.page, 'bare'));
+    const copied = await scriptCpu(session, () => drawn(plain.page, 'bare'));
+    bare_rates.push(copied.rate);
+    copies_cpu.push(copied.cpu_ms);
     copies.push((await plain.page.evaluate('bare.copy_ms')) as number[]);
     await plain.page.evaluate('bare.same = true');
     same_rates.push(await drawn(plain.page, 'bare'));
     await plain.page.evaluate('bare.same = false');
     await inspector.page.evaluate('tessera.perf.reset()');
     gateway.play();
-    page_rates.push(await drawn(inspector.page, 'tessera.page'));
+    const shown = await scriptCpu(session, () => drawn(inspector.page, 'tessera.page'));
+    page_rates.push(shown.rate);
+    own_cpu.push(shown.cpu_ms);
     own.push((await inspector.page.evaluate('tessera.perf.own_ms')) as number[]);
     if (gateway.over) throw new Error('the feed was shorter than the measurement: record a longer one');
   }
@@ -213,6 +277,9 @@ async function compare(feed: FeedMessage[]): Promise<Record<string, Figure>> {
     script_time_ratio: { ...spread(own.map((ms, round) => p95(ms) / p95(copies[round]!))), value: p95(own.flat()) / p95(copies.flat()) },
     page_script_p95_ms: { ...spread(own.map(p95), 'ms'), value: p95(own.flat()) },
     copying_p95_ms: { ...spread(copies.map(p95), 'ms'), value: p95(copies.flat()) },
+    script_cpu_ratio: { ...spread(own_cpu.map((ms, round) => p95(ms) / p95(copies_cpu[round]!))), value: p95(own_cpu.flat()) / p95(copies_cpu.flat()) },
+    page_script_cpu_p95_ms: { ...spread(own_cpu.map(p95), 'ms'), value: p95(own_cpu.flat()) },
+    copying_cpu_p95_ms: { ...spread(copies_cpu.map(p95), 'ms'), value: p95(copies_cpu.flat()) },
     page_comparison_bodies: { value: scene.poses.length, unit: '1' },
     page_comparison_errors: { value: inspector.complaints.errors.length + inspector.complaints.foreign.length, unit: '1' },
   };
