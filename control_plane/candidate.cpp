@@ -103,7 +103,12 @@ absl::Status Candidate::Lead(const EtcdFence& fence, const std::function<bool()>
     const auto reign = Reign::Begin(**store, settings_, metrics_, pages_, rights);
     status = reign.status();
     if (status.ok()) status = Ready();
-    if (status.ok()) election_.WaitUntilLost(ended);
+    if (status.ok()) {
+      election_.SetServing(true);
+      election_.WaitUntilLost(ended);
+      // Doors that close in good order are no sign of a death.
+      if (election_.Left() > EtcdElection::Clock::duration::zero()) election_.SetServing(false);
+    }
   }
   const bool deposed = election_.Left() <= EtcdElection::Clock::duration::zero();
   election_.Resign();

@@ -37,15 +37,20 @@ std::optional<LeaderAddress> ReadLeaderAddress(const std::string& text) {
 }
 
 EtcdElection::EtcdElection(const EtcdClient& client, const std::string& prefix, LeaderAddress self, ElectionTimes times)
-    : client_(client), key_(prefix + "/leader"), self_(std::move(self)), times_(times) {}
+    : client_(client),
+      key_(prefix + "/leader"),
+      serving_key_(prefix + "/serving"),
+      self_(std::move(self)),
+      times_(times) {}
 
 EtcdElection::~EtcdElection() { Resign(); }
 
 // --- Winning.
 
-absl::StatusOr<std::optional<pb::KeyValue>> EtcdElection::ReadLeader(std::chrono::milliseconds patience) const {
+absl::StatusOr<std::optional<pb::KeyValue>> EtcdElection::Read(const std::string& key,
+                                                               std::chrono::milliseconds patience) const {
   pb::RangeRequest request;
-  request.set_key(key_);
+  request.set_key(key);
   auto found = client_.Range(request, patience);
   if (!found.ok()) return found.status();
   if (found->kvs_size() == 0) return std::nullopt;
@@ -61,6 +66,7 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
     said = leader;
   };
   std::string trouble;  // logged once
+  LeaderProbe probe;
   while (!given_up()) {
     const auto leader = ReadLeader(kElectionPatience);
     const bool is_anothers = leader.ok() && leader->has_value() && (lease_ == 0 || (*leader)->lease() != lease_);
@@ -68,6 +74,7 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
       EndOldLease();
     } else if (is_anothers) {
       say(ReadLeaderAddress((*leader)->value()));
+      if (EndTermOfGone(**leader, probe)) continue;
     } else {
       say(std::nullopt);
       const absl::Status won = leader.ok() ? TryToWin() : leader.status();
@@ -81,6 +88,26 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
   }
   Resign();
   return absl::CancelledError("the campaign was given up");
+}
+
+bool EtcdElection::Serves(std::int64_t term) const {
+  const auto serving = Read(serving_key_, kElectionPatience);
+  return serving.ok() && serving->has_value() && (*serving)->value() == absl::StrCat(term);
+}
+
+// Whether the leader's term is over because its process is gone.
+bool EtcdElection::EndTermOfGone(const pb::KeyValue& leader, LeaderProbe& probe) {
+  const std::int64_t term = leader.create_revision();
+  if (const auto at = ReadLeaderAddress(leader.value()); at && !probe.watches(term) && Serves(term)) {
+    probe.Begin(term, at->operators.empty() ? at->players : at->operators);
+  }
+  if (!probe.watches(term) || !probe.IsGone() || !Serves(term)) return false;
+  pb::TxnRequest request;
+  EtcdFence{.key = key_, .token = term}.AddTo(request);
+  request.add_success()->mutable_request_delete_range()->set_key(key_);
+  const auto ended = client_.Write(request, kElectionPatience);
+  if (ended.ok()) spdlog::warn("leader's process is gone leader=\"{}\" token={}", leader.value(), term);
+  return ended.ok();
 }
 
 // A member of etcd that was elected meanwhile has given each lease all of its time anew, so without this the key of a
@@ -138,6 +165,21 @@ absl::Status EtcdElection::BeginToLead() {
 }
 
 // --- Leading.
+
+void EtcdElection::SetServing(bool serving) {
+  pb::TxnRequest request;
+  EtcdFence{.key = key_, .token = token_}.AddTo(request);
+  if (serving) {
+    pb::PutRequest& put = *request.add_success()->mutable_request_put();
+    put.set_key(serving_key_);
+    put.set_value(absl::StrCat(token_));
+    put.set_lease(lease_);
+  } else {
+    request.add_success()->mutable_request_delete_range()->set_key(serving_key_);
+  }
+  const auto said = client_.Write(request, kElectionPatience);
+  if (!said.ok()) spdlog::warn("serving={} not said error=\"{}\"", serving, std::string(said.status().message()));
+}
 
 // With the lock held.
 void EtcdElection::Extend(Clock::time_point sent, std::chrono::seconds ttl) {

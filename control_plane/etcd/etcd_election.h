@@ -7,13 +7,17 @@
 // fence, the revision at which the key was created (etcd_fence.h). etcd has been seen to renew leases that it had
 // revoked, so the key itself is read again with each renewal.
 //
+// A leader whose doors are open says so in PREFIX/serving, which holds its token and has its lease. From then on those
+// that follow notice when its process ends (leader_probe.h), and end its term at once.
+//
 //   EtcdElection election(client, "tessera", {.operators = "10.0.0.1:7700", .players = ""});
 //   auto fence = election.Campaign(followed, given_up);    // as long as another leads
+//   election.SetServing(true);                             // the doors are open
 //   ...
 //   election.Resign();                                     // the next one may lead at once
 //
-// Thread rule: `Campaign` and `Resign` from one thread; `Left` and `Abandon` from any; `Confirm` from any while we lead
-// or have led, until `Resign`.
+// Thread rule: `Campaign`, `SetServing` and `Resign` from one thread; `Left` and `Abandon` from any; `Confirm` from any
+// while we lead or have led, until `Resign`.
 #pragma once
 
 #include <chrono>
@@ -26,6 +30,7 @@
 
 #include "control_plane/etcd/etcd_client.h"
 #include "control_plane/etcd/etcd_fence.h"
+#include "control_plane/etcd/leader_probe.h"
 
 namespace tessera::control {
 
@@ -56,6 +61,9 @@ class EtcdElection {
   // its address, or nothing while it is not known. CANCELLED once `given_up`, asked at each poll, says so.
   absl::StatusOr<EtcdFence> Campaign(const std::function<void(const std::optional<LeaderAddress>&)>& followed,
                                      const std::function<bool()>& given_up);
+  // Says that we lead and our doors are open, or are not any more. Where etcd cannot be told, the end of our process is
+  // noticed by the end of our lease alone.
+  void SetServing(bool serving);
   // How much longer we lead for certain; not above 0: we do not. Once lost, it is not won again but by a Campaign.
   Clock::duration Left() const;
   // Reads the key: true if we led when this was called, or later, whatever has become of the lease; so no other can
@@ -70,7 +78,13 @@ class EtcdElection {
   void Resign();
 
  private:
-  absl::StatusOr<std::optional<etcdserverpb::KeyValue>> ReadLeader(std::chrono::milliseconds patience) const;
+  absl::StatusOr<std::optional<etcdserverpb::KeyValue>> Read(const std::string& key,
+                                                             std::chrono::milliseconds patience) const;
+  absl::StatusOr<std::optional<etcdserverpb::KeyValue>> ReadLeader(std::chrono::milliseconds patience) const {
+    return Read(key_, patience);
+  }
+  bool Serves(std::int64_t term) const;
+  bool EndTermOfGone(const etcdserverpb::KeyValue& leader, LeaderProbe& probe);
   absl::Status TryToWin();
   absl::Status BeginToLead();
   void EndOldLease();
@@ -78,7 +92,7 @@ class EtcdElection {
   void Extend(Clock::time_point sent, std::chrono::seconds ttl);
 
   const EtcdClient& client_;
-  const std::string key_;
+  const std::string key_, serving_key_;
   const LeaderAddress self_;
   const ElectionTimes times_;
 

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <thread>
 
 #include "control_plane/testing/fake_etcd.h"
+#include "control_plane/testing/loopback_door.h"
 #include "control_plane/testing/real_etcd.h"
 
 namespace tessera::control {
@@ -156,6 +158,81 @@ TEST_F(EtcdElectionTest, RenewalsKeepIt) {
   const auto until = EtcdElection::Clock::now() + 3s;
   one.WaitUntilLost([&] { return EtcdElection::Clock::now() >= until; });
   EXPECT_GT(one.Left(), 0s);
+}
+
+// A leader whose process is killed while its lease stands: the fake's have no time of their own.
+class EtcdElectionDeathTest : public EtcdElectionTest {
+ protected:
+  EtcdElectionDeathTest() {
+    const auto fence = leader_.Campaign(kNobodyListens, kNobodyGivesUp);
+    EXPECT_TRUE(fence.ok()) << fence.status();
+    token_ = fence->token;
+  }
+  // Another one campaigns, for so many polls unless it is elected. Before each of them `before` is called.
+  bool IsElected(int polls, const std::function<void()>& before) {
+    EtcdElection next(*client_, "tessera", {.operators = "10.0.0.2:7700", .players = ""}, kQuick);
+    const auto fence = next.Campaign(kNobodyListens, [&] {
+      before();
+      return --polls < 0;
+    });
+    EXPECT_TRUE(!fence.ok() || fence->token > token_);
+    return fence.ok();
+  }
+
+  LoopbackDoor door_;
+  EtcdElection leader_{*client_, "tessera", {.operators = door_.address(), .players = ""}, kQuick};
+  std::int64_t token_ = 0;
+};
+
+TEST_F(EtcdElectionDeathTest, ATermEndsWithTheProcess) {
+  leader_.SetServing(true);
+  EXPECT_EQ(etcd_.Value("tessera/serving"), std::to_string(token_));
+  EXPECT_TRUE(IsElected(10'000, [&] {
+    if (door_.Accept() > 0) door_.Close();
+  }));
+  EXPECT_FALSE(leader_.Confirm(kProofPatience)) << "were it alive after all, it would know";
+}
+
+TEST_F(EtcdElectionDeathTest, ByThePlayersDoorWhereItHasNoOther) {
+  leader_.Resign();
+  EtcdElection other(*client_, "tessera", {.operators = "", .players = door_.address()}, kQuick);
+  ASSERT_TRUE(other.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  other.SetServing(true);
+  EXPECT_TRUE(IsElected(10'000, [&] {
+    if (door_.Accept() > 0) door_.Close();
+  }));
+}
+
+// Its doors are closed while it reads the cluster's state.
+TEST_F(EtcdElectionDeathTest, WhoDoesNotServeYetIsNotLookedAt) {
+  int reached = 0;
+  EXPECT_FALSE(IsElected(20, [&] { reached += door_.Accept(); }));
+  EXPECT_EQ(reached, 0);
+  EXPECT_TRUE(leader_.Confirm(kProofPatience));
+}
+
+TEST_F(EtcdElectionDeathTest, WhoClosesItsDoorsInGoodOrderIsNotGone) {
+  leader_.SetServing(true);
+  EXPECT_FALSE(IsElected(20, [&] {
+    if (door_.Accept() == 0) return;
+    leader_.SetServing(false);
+    door_.Close();
+  }));
+  EXPECT_EQ(etcd_.Value("tessera/serving"), "");
+  EXPECT_TRUE(leader_.Confirm(kProofPatience));
+}
+
+TEST_F(EtcdElectionDeathTest, WhatALeaderBeforeItSaidIsNotItsOwn) {
+  etcd_.Put("tessera/serving", std::to_string(token_ - 1));
+  int reached = 0;
+  EXPECT_FALSE(IsElected(20, [&] { reached += door_.Accept(); }));
+  EXPECT_EQ(reached, 0);
+}
+
+TEST_F(EtcdElectionDeathTest, WhoIsDeposedSaysNothing) {
+  etcd_.ForgetKeys();
+  leader_.SetServing(true);
+  EXPECT_EQ(etcd_.Value("tessera/serving"), "");
 }
 
 TEST(LeaderAddressTest, IsTheSameAfterItWasRead) {
