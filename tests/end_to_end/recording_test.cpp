@@ -2,6 +2,7 @@
 // line.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -83,9 +84,12 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
   ASSERT_TRUE(Until({player.get(), other.get()}, "all bodies of then", [&] {
     return SeesAll(*player) && SeesAll(*other) && player->newest.contains("status") && RegionsAlive(*player) == 4;
   }));
-  // By then at the latest; the gateway says so four times a second.
-  const double all_seen_s = player->newest["play"].value("at_s", 0.0) + 0.5;
-  ASSERT_LT(all_seen_s, seconds);
+  // By then at the latest, for the gateway says so four times a second; on a slow machine the end may be near.
+  const double all_seen_s = std::min(player->newest["play"].value("at_s", 0.0), seconds - 1) + 0.5;
+  other->Send({{"type", "play"}, {"paused", true}, {"at_s", 1}});
+  ASSERT_TRUE(Until({other.get()}, "a pause near the begin", [&] {
+    return other->decoder.paused && std::abs(other->newest["play"].value("at_s", 0.0) - 1) < 1e-3;
+  }));
   EXPECT_EQ(player->decoder.own_body, 0u);
   EXPECT_NEAR(player->newest["play"]["end_s"], seconds, 1e-6);
   EXPECT_EQ(player->decoder.hosts.size(), 4u);
@@ -97,7 +101,7 @@ TEST_F(RecordingTest, ADeathIsSeenAgainWhereverOneLooks) {
                     [&] { return SeesAll(*player) && player->decoder.paused && player->texts["events"] > 0; }))
       << player->decoder.bodies.size() << " bodies; paused: " << player->decoder.paused << "; "
       << player->texts["events"] << " messages of events";
-  EXPECT_LT(other->newest["play"].value("at_s", 0.0), seconds) << "each has its own time";
+  EXPECT_NEAR(other->newest["play"].value("at_s", 0.0), 1, 1e-3) << "each has its own time";
   player->Send({{"type", "play"}, {"at_s", all_seen_s}});
   ASSERT_TRUE(Until(
       {player.get()}, "back to where it saw them first",
