@@ -13,7 +13,9 @@
 #include <utility>
 #include <vector>
 
+#include <spdlog/spdlog.h>
 #include "CivetServer.h"
+
 #include "absl/strings/str_cat.h"
 #include "host/socket_address.h"
 #include "telemetry/tls_page_server.h"
@@ -173,6 +175,7 @@ absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::s
                                                                     std::string token, const MetricsTls& tls) {
   absl::StatusOr<BoundAddress> endpoint = ParseAddress(bind_address);
   if (!endpoint.ok()) return endpoint.status();
+  const bool is_open = token.empty() && !tls.used();
   auto impl = std::make_unique<Impl>(*std::move(endpoint), std::move(registry), std::move(token));
   if (tls.used()) {
     const std::string& literal = impl->endpoint.literal;
@@ -188,6 +191,10 @@ absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::s
     impl->port = impl->tls_server->port();
   } else if (absl::Status status = StartPlain(*impl, port); !status.ok()) {
     return status;
+  }
+  if (is_open && !host::IsLoopback(impl->endpoint.literal)) {
+    spdlog::warn("metrics at {}:{} are shown to whoever reaches it; see --metrics-token-file and --metrics-tls-cert",
+                 impl->endpoint.host, impl->port);
   }
   return std::unique_ptr<MetricsServer>(new MetricsServer(std::move(impl)));
 }
