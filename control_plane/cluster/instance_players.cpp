@@ -3,6 +3,7 @@
 #include <sodium.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
+#include "control_plane/retry_after.h"
 #include "core/world/limits.h"
 #include "core/world/player_name.h"
 #include "core/world/utf8.h"
@@ -20,6 +22,9 @@ namespace tessera::control {
 namespace {
 
 constexpr net::Generation kFirstGeneration(1);
+// How often one player comes back: a client whose link is bad does so every few seconds.
+constexpr net::Rate kReturnRate{.per_s = 1, .burst = 5};
+constexpr std::size_t kReturnsKept = 1024;     // beyond those of all who are there, before any are looked through
 constexpr std::size_t kMostFatesInLines = 10;  // so many of one kind and moment have a line each
 
 absl::Status CheckOpen(const records::Instance& record, bool viewer) {
@@ -192,7 +197,7 @@ absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& requ
   if (*returns == 0) joined.mark = state_.last_revision();  // any order made from here on names the player
   const std::string& name = ticket == nullptr ? request.player_name() : ticket->name;
   const absl::StatusOr<v1::Player> player =
-      *returns == 0 ? Add(instance, name, ticket, now) : Return(instance, *returns);
+      *returns == 0 ? Add(instance, name, ticket, now) : Return(instance, *returns, now);
   if (!player.ok()) return player.status();
   joined.response = Admit(instance, PlayerNumber(player->number()), net::Generation(player->generation()));
   return joined;
@@ -219,13 +224,35 @@ absl::StatusOr<v1::Player> InstancePlayers::Add(InstanceEntry& instance, const s
 }
 
 // It is the player that it was, of a higher generation: the regions end the connections of a lower one.
-absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, std::uint32_t number) {
+absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, std::uint32_t number, Now now) {
+  if (absl::Status status = TakeReturn(instance, number, now); !status.ok()) return status;
   Players players = instance.players;
   players.Change(number, [](records::StoredPlayer& known) {
     known.mutable_player()->set_generation(known.player().generation() + 1);
   });
   if (absl::Status status = Store(instance, players); !status.ok()) return status;
   return instance.players.Find(number)->player();
+}
+
+// Each time is a write and orders to all hosts of the world, and whoever has a return token may come by it for ever.
+absl::Status InstancePlayers::TakeReturn(const InstanceEntry& instance, std::uint32_t number, Now now) {
+  const net::TokenBucket::TimePoint at(std::chrono::duration_cast<net::TokenBucket::TimePoint::duration>(now.steady));
+  auto& returns = known_[instance.number].returns;
+  if (returns.size() > 2 * instance.players.present() + kReturnsKept) {
+    std::erase_if(returns, [&](const auto& known) {
+      net::TokenBucket bucket = known.second;
+      bucket.Fill(at, kReturnRate);
+      return bucket.left() >= kReturnRate.burst;
+    });
+  }
+  net::TokenBucket& bucket = returns[number];
+  if (bucket.Take(at, kReturnRate)) return absl::OkStatus();
+  const double wait_ms = std::ceil(1000 * (1 - bucket.left()) / kReturnRate.per_s);
+  const std::chrono::milliseconds wait(static_cast<std::int64_t>(wait_ms));
+  return WithRetryAfter(
+      absl::ResourceExhaustedError(absl::StrCat("credential: player ", number, " comes back too often: ask again in ",
+                                                std::chrono::ceil<std::chrono::seconds>(wait).count(), " s")),
+      wait);
 }
 
 // The record, which has all spawn points of a large world, is written for the first of many numbers.

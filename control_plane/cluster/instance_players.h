@@ -20,6 +20,7 @@
 #include "control_plane/control_settings.h"
 #include "control_plane/guest_rates.h"
 #include "control_plane/now.h"
+#include "net/token_bucket.h"
 #include "tessera/v1/session.pb.h"
 #include "trust/ticket.h"
 
@@ -80,15 +81,17 @@ class InstancePlayers {
     int waiting = 0;                         // joins that wait for the workers
     std::map<std::uint32_t, Steady> unseen;  // players without a connection, and since when
     std::map<std::uint32_t, Left> left;
-    std::optional<Steady> looked_at{};  // for who vanished; none: never, or nobody could say
-    std::uint64_t connections = 0;      // InstanceEntry::connections of then
+    std::map<std::uint32_t, net::TokenBucket> returns;  // of players who came back lately
+    std::optional<Steady> looked_at{};                  // for who vanished; none: never, or nobody could say
+    std::uint64_t connections = 0;                      // InstanceEntry::connections of then
   };
 
   using Fates = std::map<std::string, std::vector<std::uint32_t>>;  // by what became of them: players' numbers
 
   absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name, const trust::Ticket* ticket,
                                  Now now);
-  absl::StatusOr<v1::Player> Return(InstanceEntry& instance, std::uint32_t number);
+  absl::StatusOr<v1::Player> Return(InstanceEntry& instance, std::uint32_t number, Now now);
+  absl::Status TakeReturn(const InstanceEntry& instance, std::uint32_t number, Now now);
   void LogFates(const InstanceEntry& instance, const Fates& fates);
   absl::Status StoreJoined(InstanceEntry& instance, std::uint32_t number, const Players& players);
   absl::Status Store(InstanceEntry& instance, const Players& players);

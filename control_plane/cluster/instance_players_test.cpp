@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "control_plane/retry_after.h"
 #include "control_plane/testing/state_rig.h"
 
 namespace tessera::control {
@@ -217,6 +218,34 @@ TEST_F(PlayersTest, AViewerIsNeitherStoredNorCountedNorOrdered) {
   EXPECT_EQ(Join().player(), 1U);
   request.set_credential(first->response.credential());
   EXPECT_EQ(players_.BeginWait(request).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+// Each time costs a write, and orders to all of its hosts.
+TEST_F(PlayersTest, WhoComesBackAgainAndAgainHasToWait) {
+  v1::JoinInstanceResponse newest = Join();
+  const v1::JoinInstanceResponse other = Join();
+  const auto back = [&](const v1::JoinInstanceResponse& as) {
+    v1::JoinInstanceRequest request;
+    request.set_instance_id(instance_.record.id());
+    request.set_credential(as.credential());
+    request.set_credential_key(as.credential_key());
+    auto joined = players_.Join(request, nullptr, rig_.now);
+    if (joined.ok()) newest = joined->response;
+    return joined.status();
+  };
+  for (int time = 0; time < 5; ++time) ASSERT_TRUE(back(newest).ok()) << time;
+  const std::uint32_t generation = PlayerAt(1).generation();
+  const absl::Status refused = back(newest);
+  EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(refused.message()),
+              ::testing::HasSubstr("credential: player 1 comes back too often: ask again in 1 s"));
+  EXPECT_TRUE(RetryAfterOf(refused).has_value());
+  EXPECT_EQ(PlayerAt(1).generation(), generation) << "nothing was done";
+  const v1::JoinInstanceResponse kept = newest;
+  EXPECT_TRUE(back(other).ok()) << "others come back as they did";
+  rig_.Pass(milliseconds(1001));
+  EXPECT_TRUE(back(kept).ok());
+  EXPECT_FALSE(back(newest).ok());
 }
 
 TEST_F(PlayersTest, AWorldWithoutPlayersCanBeWatched) {
