@@ -25,8 +25,9 @@ absl::StatusOr<std::vector<StoreEntry>> MemoryStore::ListWithout(std::string_vie
 absl::StatusOr<Revision> MemoryStore::Txn(std::span<const StoreOp> ops) {
   if (absl::Status status = CheckOps(ops); !status.ok()) return status;
   const std::lock_guard lock(mutex_);
-  if (failures_ > 0) {
+  if (failures_ > 0 && passes_-- <= 0) {
     --failures_;
+    passes_ = 0;
     return absl::UnavailableError("store: no space left");
   }
   for (const StoreOp& op : ops) {
@@ -51,9 +52,15 @@ Revision MemoryStore::revision() const {
   return revision_;
 }
 
-void MemoryStore::FailNext(int count) {
+void MemoryStore::FailNext(int count, int passes) {
   const std::lock_guard lock(mutex_);
   failures_ = count;
+  passes_ = passes;
+}
+
+int MemoryStore::failures() const {
+  const std::lock_guard lock(mutex_);
+  return failures_;
 }
 
 std::size_t MemoryStore::bytes_written() const {

@@ -15,8 +15,11 @@ class MemoryStore final : public Store {
   absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) override;
   Revision revision() const override;
 
-  // The next `count` transactions fail with kUnavailable and change nothing: a full disk, for tests.
-  void FailNext(int count);
+  // The next `count` transactions, or those after the next `passes`, fail with kUnavailable and change nothing: a full
+  // disk, for tests.
+  void FailNext(int count, int passes = 0);
+  // How many of them are still to fail.
+  int failures() const;
   // The sizes of all values that were put.
   std::size_t bytes_written() const;
 
@@ -28,7 +31,7 @@ class MemoryStore final : public Store {
   mutable std::mutex mutex_;
   std::map<std::string, Versioned, std::less<>> entries_;
   Revision revision_ = 0;
-  int failures_ = 0;
+  int failures_ = 0, passes_ = 0;  // those that fail, after those that do not
   std::size_t bytes_written_ = 0;
 };
 
