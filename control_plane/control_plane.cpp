@@ -31,8 +31,12 @@ absl::Status CheckNames(const v1::GameSource& source, const Scene& scene) {
 }  // namespace
 
 ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files,
-                           LeaderRights rights)
-    : store_(store), rights_(std::move(rights)), cluster_(std::move(cluster)), files_(std::move(files)) {
+                           LeaderRights rights, std::chrono::nanoseconds timer_patience)
+    : store_(store),
+      rights_(std::move(rights)),
+      timer_patience_(timer_patience),
+      cluster_(std::move(cluster)),
+      files_(std::move(files)) {
   {
     const std::lock_guard lock(mutex_);
     Publish();
@@ -177,7 +181,7 @@ void ControlPlane::NoteTimer() {
   store_trouble_ = cluster_->state().store_trouble();
 }
 
-bool ControlPlane::Alive() const { return ReadClocks().steady - Steady(last_timer_.load()) < kTimerPatience; }
+bool ControlPlane::Alive() const { return ReadClocks().steady - Steady(last_timer_.load()) < timer_patience_; }
 
 std::string ControlPlane::Trouble() const {
   if (!Alive()) return "the timer stands still: nothing that is due happens";

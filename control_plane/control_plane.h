@@ -65,9 +65,9 @@ class ControlPlane {
     std::optional<absl::Status> closed;
   };
 
-  // Without `files` no checkpoints are kept.
+  // Without `files` no checkpoints are kept. `timer_patience`: see Alive.
   ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files = nullptr,
-               LeaderRights rights = {});
+               LeaderRights rights = {}, std::chrono::nanoseconds timer_patience = kTimerPatience);
   ~ControlPlane();
 
   // The machine's clocks, by which all its calls go.
@@ -190,7 +190,7 @@ class ControlPlane {
 
   Revision store_revision() const { return store_.revision(); }
 
-  // False: the timer has stood still for kTimerPatience, and with it all that is due. Only a restart helps.
+  // False: the timer has stood still for its patience, and with it all that is due. Only a restart helps.
   bool Alive() const;
   // Why what is asked of this control plane is not done, in one line; empty: it is. Both wait for no call under way.
   std::string Trouble() const;
@@ -294,6 +294,7 @@ class ControlPlane {
 
   Store& store_;
   const LeaderRights rights_;
+  const std::chrono::nanoseconds timer_patience_;
   TurnLock mutex_;
   UrgentTurn urgent_{mutex_};
   LastTurn last_{mutex_};

@@ -26,6 +26,7 @@
 #include "control_plane/http_pages.h"
 #include "control_plane/reign.h"
 #include "control_plane/sqlite_store.h"
+#include "control_plane/watchdog.h"
 #include "host/end_signals.h"
 #include "host/files.h"
 #include "host/renamed_options.h"
@@ -104,25 +105,6 @@ absl::Status Restore(const ControlFlags& flags) {
   std::printf("now start tessera-control: it takes up what runs, and orders nothing before it knows\n");
   return absl::OkStatus();
 }
-
-// Tells systemd's watchdog, where the unit has one, that this process does its work. Without, systemd restarts it.
-class Watchdog {
- public:
-  explicit Watchdog(std::shared_ptr<PlaneGate> gate) : gate_(std::move(gate)) {
-    std::uint64_t span_us = 0;
-    wanted_ = sd_watchdog_enabled(0, &span_us) > 0;
-  }
-  // Call it about every second. One that follows has no work.
-  void Beat() const {
-    bool alive = true;
-    if (wanted_) gate_->With([&alive](ControlPlane& plane) { alive = plane.Alive(); });
-    if (wanted_ && alive) sd_notify(0, "WATCHDOG=1");
-  }
-
- private:
-  const std::shared_ptr<PlaneGate> gate_;
-  bool wanted_ = false;
-};
 
 // Ports are tried first of all, so that one in use costs one line and touches nothing.
 absl::Status CheckPorts(const ControlFlags& flags) {
