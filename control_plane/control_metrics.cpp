@@ -212,6 +212,16 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     AddGauge(instances, Label(v1::InstanceState_Name(state), sizeof("INSTANCE_STATE_") - 1),
              found == summary.instances.end() ? 0 : found->second);
   }
+  prometheus::MetricFamily under_way{"tessera_control_under_way",
+                                     "1 for an instance that is to start or stop, and has not yet",
+                                     prometheus::MetricType::Gauge,
+                                     {}};
+  for (const auto& [id, state] : summary.under_way) {
+    prometheus::ClientMetric& metric = under_way.metric.emplace_back();
+    metric.label.push_back({"instance_id", id});
+    metric.label.push_back({"state", Label(v1::InstanceState_Name(state), sizeof("INSTANCE_STATE_") - 1)});
+    metric.gauge.value = 1;
+  }
   prometheus::MetricFamily writes{
       "tessera_control_store_writes_total", "writes to the store", prometheus::MetricType::Counter, {}};
   prometheus::ClientMetric written;
@@ -263,8 +273,8 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = is_behind ? 1 : 0;
   }
-  std::vector<prometheus::MetricFamily> families{hosts,     instances, writes,  failures, failing, stopped,
-                                                 too_large, set_aside, visuals, clocks,   behind};
+  std::vector<prometheus::MetricFamily> families{hosts,   instances, under_way, writes,  failures, failing,
+                                                 stopped, too_large, set_aside, visuals, clocks,   behind};
   AddHealth(summary.health, families);
   return families;
 }

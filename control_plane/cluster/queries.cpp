@@ -102,6 +102,16 @@ std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::s
 }
 
 // It looks at what it needs alone: this runs under the lock, and an instance's view has its whole map and every report.
+namespace {
+
+// One that waits for players may wait for as long as it likes.
+bool IsUnderWay(v1::InstanceState state) {
+  return state == v1::INSTANCE_STATE_PENDING || state == v1::INSTANCE_STATE_PLACING ||
+         state == v1::INSTANCE_STATE_STARTING || state == v1::INSTANCE_STATE_STOPPING;
+}
+
+}  // namespace
+
 ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocations) {
   ClusterSummary summary;
   summary.store_failing = !state.store_trouble().empty();
@@ -116,7 +126,9 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
   }
   for (const auto& numbered : state.instances()) {
     const InstanceEntry& instance = numbered.second;
-    ++summary.instances[StateOf(instance)];
+    const v1::InstanceState state_now = StateOf(instance);
+    ++summary.instances[state_now];
+    if (IsUnderWay(state_now)) summary.under_way[instance.record.id()] = state_now;
     if (instance.over_checkpoint_quota && WantsWorkers(instance.record.state())) ++summary.over_checkpoint_quota;
     const records::Instance& record = instance.record;
     if (record.state() != v1::INSTANCE_STATE_RUNNING) continue;

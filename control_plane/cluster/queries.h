@@ -62,10 +62,11 @@ struct ClusterSummary {
   std::map<std::string, double> clocks_ahead_s;    // by name of a host that is attached: its wall clock against ours
   std::map<std::string, bool> behind_revocations;  // likewise: it does not keep the newest list of revocations
   std::vector<InstanceHealth> health;
-  bool store_failing = false;         // the last write failed
-  bool checkpoints_stopped = false;   // there is no room for them
-  int over_checkpoint_quota = 0;      // instances whose last one was too large
-  std::size_t records_set_aside = 0;  // that cannot be read
+  std::map<std::string, v1::InstanceState> under_way;  // by id of an instance that is to start or stop, and has not yet
+  bool store_failing = false;                          // the last write failed
+  bool checkpoints_stopped = false;                    // there is no room for them
+  int over_checkpoint_quota = 0;                       // instances whose last one was too large
+  std::size_t records_set_aside = 0;                   // that cannot be read
   std::uint64_t failed_writes = 0;
   std::uint64_t visual_bytes = 0;  // that files of meshes take
 };

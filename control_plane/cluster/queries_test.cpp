@@ -9,6 +9,7 @@ namespace tessera::control {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::Pair;
 
 class QueriesTest : public ::testing::Test {
  protected:
@@ -76,6 +77,18 @@ TEST_F(QueriesTest, ASummaryCountsWhatItsInstancesReport) {
   EXPECT_EQ(summary.health[0].unprotected, view.unprotected_regions_size());
   EXPECT_EQ(summary.health[0].imbalance, view.imbalance());
   EXPECT_EQ(summary.health[1].unprotected, 0);
+}
+
+TEST_F(QueriesTest, ASummaryNamesTheInstancesThatAreToStartOrStop) {
+  const auto set = [this](const std::string& id, v1::InstanceState state) {
+    rig_.state->FindInstance(id)->record.set_state(state);
+  };
+  set("inst-1", v1::INSTANCE_STATE_STARTING);
+  set("inst-2", v1::INSTANCE_STATE_STOPPING);
+  set("inst-3", v1::INSTANCE_STATE_WAITING_FOR_PLAYERS);
+  set("inst-4", v1::INSTANCE_STATE_ENDED);
+  EXPECT_THAT(Summarise(*rig_.state).under_way,
+              ElementsAre(Pair("inst-1", v1::INSTANCE_STATE_STARTING), Pair("inst-2", v1::INSTANCE_STATE_STOPPING)));
 }
 
 TEST_F(QueriesTest, ASceneIsShownToWhomAnInstanceOfItIs) {
