@@ -113,6 +113,16 @@ TEST_F(ProgramTest, AnEmptiedStoreBesideCheckpointsIsRefused) {
   EXPECT_TRUE(taken->Wait().Clean());
 }
 
+TEST_F(ProgramTest, ABackupThatIsNotThereIsNamedAndNothingIsMade) {
+  const std::string backup = folder_.path() + "/none.tessera";
+  std::vector<std::string> arguments = Arguments();
+  arguments.insert(arguments.end(), {"--restore", backup});
+  const auto refused = Start(arguments);
+  EXPECT_EQ(refused->Wait().code, 1);
+  EXPECT_EQ(refused->Output(), "tessera-control: --restore: " + backup + ": No such file or directory\n");
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/state"));
+}
+
 TEST_F(ProgramTest, WrongUsageIsStatusTwo) {
   const auto no_folder = Start({});
   EXPECT_EQ(no_folder->Wait().code, 2);

@@ -79,8 +79,9 @@ absl::Status SqliteStore::Prepare() {
     found = use.Integer(0);
   }
   if (found > kSchemaVersion) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("store ", path_, ": has version ", found, ", this program knows ", kSchemaVersion));
+    return absl::FailedPreconditionError(absl::StrCat("store ", path_, ": has version ", found, ", this program knows ",
+                                                      kSchemaVersion,
+                                                      ": start the newer tessera-control that wrote it"));
   }
   if (found == 0) {
     if (absl::Status status = Execute(kSchema); !status.ok()) return status;

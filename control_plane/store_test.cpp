@@ -2,6 +2,7 @@
 #include "control_plane/store.h"
 
 #include <gmock/gmock.h>
+#include <sqlite3.h>
 
 #include <atomic>
 #include <fstream>
@@ -318,6 +319,23 @@ TEST(SqliteStoreTest, RefusesWhatIsNotAStore) {
   std::ofstream(folder.path() + "/store.db") << std::string(8192, 'x');
   EXPECT_EQ(SqliteStore::Open(folder.path() + "/store.db").status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(SqliteStore::Open(folder.path() + "/no/such/folder.db").status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST(SqliteStoreTest, RefusesTheStoreOfANewerVersionAndLeavesItAsItIs) {
+  const host::TemporaryFolder folder;
+  const std::string path = folder.path() + "/store.db";
+  ASSERT_TRUE((*SqliteStore::Open(path))->Put("a", "1", kAbsent).ok());
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, "PRAGMA user_version = 2", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  for (int again = 0; again < 2; ++again) {
+    const absl::Status refused = SqliteStore::Open(path).status();
+    EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_EQ(refused.message(), "store " + path +
+                                     ": has version 2, this program knows 1: start the newer tessera-control that "
+                                     "wrote it");
+  }
 }
 
 }  // namespace

@@ -112,8 +112,9 @@ absl::Status EtcdStore::ReadHead() {
     return absl::FailedPreconditionError(absl::StrCat("store: ", HeadKey(prefix_), " in etcd is not that of a store"));
   }
   if (version > kEtcdStoreVersion) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("store: ", prefix_, " in etcd has version ", version, ", this program knows ", kEtcdStoreVersion));
+    return absl::FailedPreconditionError(absl::StrCat("store: ", prefix_, " in etcd has version ", version,
+                                                      ", this program knows ", kEtcdStoreVersion,
+                                                      ": start the newer tessera-control that wrote it"));
   }
   head_ = compact_to_ = found->kvs(0).mod_revision();
   return absl::OkStatus();
