@@ -183,7 +183,9 @@ void Agent::OnDesired(const v1::DesiredSet& set) {
   if (set.has_revocations()) TakeRevocations(set.revocations());
   const std::vector<OrderOutcome> outcomes = supervisor_.Desired(set, Clock::now());
   Settle();
-  spdlog::info("desired set from=control revision={} workers={}", set.revision(), set.workers_size());
+  const bool notable = std::ranges::any_of(outcomes, &OrderOutcome::changed);
+  spdlog::log(notable ? spdlog::level::info : spdlog::level::debug, "desired set from=control revision={} workers={}",
+              set.revision(), set.workers_size());
   for (const OrderOutcome& outcome : outcomes) {
     spdlog::log(outcome.changed ? spdlog::level::info : spdlog::level::debug,
                 "order from=control worker={} revision={} outcome={} op={}", LogValue(outcome.key.ToString()),

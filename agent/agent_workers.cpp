@@ -261,9 +261,10 @@ void Agent::Do(const SignalWorker& action) {
 void Agent::Do(const SendOrder& action) {
   const auto found = connections_.find(action.key);
   if (found == connections_.end()) return;
-  spdlog::info("order sent worker={} revision={} run={} stop={} peers={} players={} op={}",
-               LogValue(action.key.ToString()), action.order.revision(), action.order.run(), action.order.stop(),
-               action.order.peers_size(), action.order.players_size(), LogValue(action.order.operation()));
+  spdlog::log(action.notable ? spdlog::level::info : spdlog::level::debug,
+              "order sent worker={} revision={} run={} stop={} peers={} players={} op={}",
+              LogValue(action.key.ToString()), action.order.revision(), action.order.run(), action.order.stop(),
+              action.order.peers_size(), action.order.players_size(), LogValue(action.order.operation()));
   if (!action.order.has_failover() || action.order.has_resolution()) inventories_.erase(action.key);
   socket_->Send(found->second, action.order);
 }

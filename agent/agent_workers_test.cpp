@@ -2,6 +2,7 @@
 #include <grpcpp/grpcpp.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -71,6 +72,45 @@ TEST_F(AgentWorkersTest, DesiredSetBecomesProcessesWithOrdersAndBack) {
   }
   EXPECT_THAT(agent->Output(), AllOf(HasSubstr("worker=inst-1/1#101 revision=1 outcome=\"starting on ports from"),
                                      HasSubstr("outcome=\"no longer wanted: stopping\"")));
+}
+
+// While a world starts, each worker that listens comes into the orders of all others.
+TEST_F(AgentWorkersTest, LinesOfTheLogGrowWithWorkersAndNotWithOrders) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  RunFour();
+  constexpr std::uint64_t kRevisions = 30;
+  const auto orders = [&](std::uint64_t revision, const std::string& operation) {
+    std::vector<v1::WorkerOrder> all;
+    for (std::uint32_t region = 1; region <= 4; ++region) {
+      v1::WorkerOrder& order = all.emplace_back(Order(region, revision));
+      order.set_operation(operation);
+      for (std::uint32_t port = 0; port < revision; ++port) order.add_peers()->set_game_port(1000 + port);
+    }
+    return all;
+  };
+  const auto await = [&](std::uint64_t revision) {
+    return control_.WaitUntil([=](const ControlRecord& r) {
+      return r.acted_on == revision &&
+             std::ranges::all_of(r.reports, [=](const auto& one) { return one.second.order_revision() == revision; });
+    });
+  };
+  for (std::uint64_t revision = 2; revision <= kRevisions; ++revision) {
+    control_.SetDesired(orders(revision, ""));
+    ASSERT_TRUE(await(revision));
+  }
+  const auto lines = [&](const std::string& text) {
+    const std::string output = agent->Output();
+    int count = 0;
+    for (std::size_t at = output.find(text); at != std::string::npos; at = output.find(text, at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(lines("order sent worker="), 4);
+  EXPECT_EQ(lines("order from=control worker="), 4);
+  EXPECT_EQ(lines("desired set from=control"), 1);
+  control_.SetDesired(orders(kRevisions + 1, "1000012-7"));
+  ASSERT_TRUE(await(kRevisions + 1));
+  EXPECT_EQ(lines("order sent worker="), 8) << "somebody did something to the world";
+  EXPECT_EQ(lines("desired set from=control"), 2);
 }
 
 // A sibling that was taken over knows all that a worker says of itself; the kernel says which process it is.

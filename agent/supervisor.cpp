@@ -155,6 +155,7 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
     return outcome("ignored: its players are changes of an order that is not here");
   }
   if (!TakeOrder(key, worker, order, now)) return outcome("unchanged", false);
+  const std::string before = NotablePart(worker.order);
   if (order.stop()) {
     BeginStop(key, worker, now);
     return outcome("stopping");
@@ -163,7 +164,7 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
     return outcome(absl::StrCat("ignored: ", status.message()));
   WantContents(order);
   PushOrder(key, worker);
-  return outcome(worker.attached ? "passed on" : "kept until the worker attaches");
+  return outcome(worker.attached ? "passed on" : "kept until the worker attaches", before != NotablePart(worker.order));
 }
 
 std::string Supervisor::Start(const WorkerKey& key, const v1::WorkerOrder& order) {

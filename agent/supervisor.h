@@ -69,6 +69,7 @@ struct SendOrder {
   WorkerKey key;
   v1::WorkerOrder order;
 };
+  bool notable = true;  // as OrderOutcome::changed
 struct KeepOrder {  // as the control plane gave it, for the agent after this one (Adopt)
   WorkerKey key;
   v1::WorkerOrder order;
@@ -103,7 +104,9 @@ struct OrderOutcome {
   WorkerKey key;
   std::uint64_t revision = 0;
   std::string what;
-  bool changed = true;      // false: nothing new in it
+  // False: nothing new in it that an operator cares about. Each worker that starts is in the orders of all others, so
+  // lines of the log for that would grow with the square of a world's regions.
+  bool changed = true;
   std::string operation{};  // to which the order belongs, as the control plane names it
 };
 
@@ -179,6 +182,7 @@ class Supervisor {
     std::optional<TimePoint> keep_at;       // the order is written to the disk again
     std::optional<TimePoint> deadline;      // to attach, or to end
     Stopping stopping = Stopping::kNo;
+    std::string notable;                       // NotablePart of the last order that was sent
     bool attached = false, ever_attached = false;
     int port_attempts = 0;
     std::string state_path;           // holds the state to begin with; empty: not here yet
@@ -228,3 +232,7 @@ class Supervisor {
 absl::Status CheckOrder(const v1::WorkerOrder& order);
 
 }  // namespace tessera::agent
+// All of an order that an operator cares about, as bytes that differ where that does: what it belongs to, that the
+// worker is to run or to stop, the map, a failover. Empty: there is no order.
+std::string NotablePart(const std::optional<v1::WorkerOrder>& order);
+

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "agent/supervisor.h"
 #include "core/world/player_changes.h"
 
@@ -26,6 +27,12 @@ std::string HeadOf(v1::WorkerOrder order) {
 }
 
 }  // namespace
+
+std::string NotablePart(const std::optional<v1::WorkerOrder>& order) {
+  if (!order) return "";
+  return absl::StrCat(order->operation(), " ", order->run(), order->stop(), " ", order->map().version(), " ",
+                      order->failover().version(), order->has_resolution());
+}
 
 // False: it is the order that is there. Where the players alone differ the disk has it a little later, for a world that
 // fills would be written as often as somebody joins.
@@ -89,7 +96,9 @@ void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
   if (bytes == worker.sent) return;
   worker.sent = std::move(bytes);
   AddPlayers(worker, order);
-  actions_.push_back(SendOrder{key, std::move(order)});
+  std::string part = NotablePart(order);
+  const bool notable = std::exchange(worker.notable, part) != part;
+  actions_.push_back(SendOrder{key, std::move(order), notable});
 }
 
 // Those that changed since the last order to this worker, or all.
