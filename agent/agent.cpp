@@ -279,11 +279,17 @@ int Agent::Run() {
   LookAfterCertificate();
   Settle();
   loop_->Run();
+  LookAfterContents();
   return exit_code_;
 }
 
 void Agent::StartSession() {
   if (std::exchange(session_started_, true) || finishing_) return;
+void Agent::LookAfterContents() {
+  loop_->RunAt(Clock::now() + kContentLook, [this] { LookAfterContents(); });
+  contents_.RemoveUnnamed(supervisor_.NamedContents(), Clock::now());
+}
+
   for (const WorkerKey& key : found_) spdlog::warn("worker found but not attached worker={}", LogValue(key.ToString()));
   session_->Start();
 }

@@ -75,6 +75,7 @@ class Agent {
   void AskWhereCertificateIsDue();  // with the next hello
   void LookAfterCertificate();      // now, and from then on by a timer
   void NoteRenewal(const v1::Admitted& admitted, const absl::Status& kept);
+  void LookAfterContents();         // likewise
   void TellCertificate();
 
   v1::AgentHello Hello() const;

@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -12,6 +14,8 @@
 
 namespace tessera::agent {
 namespace {
+
+namespace fs = std::filesystem;
 
 // UNAUTHENTICATED is of a call that showed the certificate before this one; a host that counts no more loses its
 // stream.
@@ -37,6 +41,7 @@ ContentCache::ContentCache(std::shared_ptr<EventLoop> loop, const StateDir& stat
 
 void ContentCache::Want(const Content& content) {
   const std::string path = state_.ContentPath(content);
+  unnamed_since_.erase(path);
   const absl::StatusOr<std::string> kept = host::ReadFile(path, MaxContentBytes(content.kind));
   const absl::Status status = kept.ok() ? CheckContent(content, *kept) : kept.status();
   if (status.ok()) return callbacks_.on_ready(content, path);
@@ -81,6 +86,34 @@ void ContentCache::Fetched(const Content& content, const absl::Status& status) {
                   telemetry::LogValue(std::string(status.message())));
     callbacks_.on_failed(content, absl::StrCat(NameOf(content.kind), " ", content.hash, ": ", status.message()));
   }
+}
+
+// A file that a call under way writes has a name of its own, and is young.
+void ContentCache::RemoveUnnamed(const std::set<Content>& named, TimePoint now) {
+  std::set<std::string> in_use;
+  for (const Content& content : named) in_use.insert(state_.ContentPath(content));
+  for (const auto& [content, under_way] : missing_) in_use.insert(state_.ContentPath(content));
+  std::map<std::string, TimePoint> unnamed;
+  std::size_t looked_at = 0, removed = 0;
+  for (const std::string& folder : {state_.ScenesPath(), state_.GamesPath()}) {
+    std::error_code error;
+    for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
+      if (++looked_at > kContentsLookedAt) break;
+      std::string path = file->path().string();
+      std::error_code ignored;
+      if (in_use.contains(path) || !file->is_regular_file(ignored)) continue;
+      const auto known = unnamed_since_.find(path);
+      const TimePoint since = known == unnamed_since_.end() ? now : known->second;
+      if (now - since < kContentKept || removed == kContentsRemovedAtOnce || !fs::remove(path, ignored)) {
+        unnamed.emplace(std::move(path), since);
+        continue;
+      }
+      ++removed;
+      spdlog::debug("file removed path={}", telemetry::LogValue(path));
+    }
+  }
+  if (removed > 0) spdlog::info("files removed count={} reason=\"no order names them\"", removed);
+  unnamed_since_ = std::move(unnamed);
 }
 
 }  // namespace tessera::agent

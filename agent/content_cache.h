@@ -1,4 +1,5 @@
 // ContentCache: scenes and games by hash, from the state folder or, once, from the control plane.
+// They stay until no order has named them for an hour.
 //
 // Fetched content is kept only if it has the hash that was asked for; the file appears whole or not at all. A stored
 // file is checked when it is wanted, and fetched anew if it was damaged since. While the control plane is away, the
@@ -9,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "absl/status/status.h"
@@ -32,6 +34,8 @@ class ContentCache {
   // As admitted by the control plane; asks for all that is missing.
   void Connected(std::shared_ptr<ControlLink> link, const HostIdentity& identity);
   void Away() { link_.reset(); }
+  // Time passes: removes files that were in no `named` for kContentKept, a bounded number. Every kContentLook.
+  void RemoveUnnamed(const std::set<Content>& named, TimePoint now);
 
  private:
   void Fetch(const Content& content);
@@ -42,7 +46,8 @@ class ContentCache {
   Callbacks callbacks_;
   std::shared_ptr<ControlLink> link_;
   HostIdentity identity_;
-  std::map<Content, bool> missing_;  // whether a call is under way
+  std::map<Content, bool> missing_;                 // whether a call is under way
+  std::map<std::string, TimePoint> unnamed_since_;  // files, by path
 };
 
 // Checks what the control plane sent and writes it to `path`. INTERNAL if the file cannot be written. Any thread.

@@ -56,6 +56,12 @@ inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
 
 // From a call for a file that failed, though the stream stands, to the next: the control plane is under load.
 inline constexpr Duration kFetchRetry = std::chrono::milliseconds(500);
+// A scene or a game that no order has named for so long is removed from the disk; how often the agent looks, at how
+// many files at most, and how many it removes in one look, so that nothing else waits for that. Kept shorter, and a
+// world that is begun again, or goes back to the game before, fetches them anew; longer, and a host that runs many
+// levels fills up.
+inline constexpr Duration kContentKept = std::chrono::hours(1), kContentLook = std::chrono::minutes(10);
+inline constexpr std::size_t kContentsLookedAt = 4096, kContentsRemovedAtOnce = 64;
 // How often the log says that a file is still being fetched.
 inline constexpr Duration kProgressInterval = std::chrono::minutes(1);
 // One call for a scene, and the largest message (a scene with its meshes, a set of orders with their maps).

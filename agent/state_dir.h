@@ -6,8 +6,8 @@
 //   orders/        the last order of each worker, for an agent whose control plane begins from a backup
 //   agent.sock     where workers attach
 //   logs/          one file a worker, and a few before it where it grew large
-//   scenes/        <hash>.pb
-//   games/         <hash>.game
+//   scenes/        <hash>.pb, until no order has named it for an hour (ContentCache)
+//   games/         <hash>.game, likewise
 //   states/        a folder a worker: what it begins with, and its checkpoints until they are uploaded
 //   lock           held while an agent runs
 //

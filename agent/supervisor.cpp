@@ -206,6 +206,25 @@ void Supervisor::Ask(const Content& content, KeptContent& kept) {
 }
 
 void Supervisor::ContentReady(const Content& content, const std::string& path) {
+void Supervisor::ForgetUnnamed() {
+  std::erase_if(contents_, [this](const auto& entry) {
+    return std::none_of(workers_.begin(), workers_.end(),
+                        [&](const auto& other) { return Uses(other.second.order, entry.first); });
+  });
+}
+
+std::set<Content> Supervisor::NamedContents() {
+  ForgetUnnamed();
+  std::set<Content> named;
+  for (const auto& [key, worker] : workers_) {
+    for (const auto* order : {&worker.order, &worker.old_order}) {
+      if (!*order) continue;
+      for (Content& content : ContentsOf(**order)) named.insert(std::move(content));
+    }
+  }
+  return named;
+}
+
   const auto wanted = contents_.find(content);
   if (wanted == contents_.end()) return;
   wanted->second = {path};
@@ -346,10 +365,7 @@ void Supervisor::Finish(Workers::iterator worker, v1::WorkerExited exited, ExitR
   const WorkerKey key = worker->first;
   if (const auto port = worker->second.record.first_port(); port != 0) ports_.Return(static_cast<std::uint16_t>(port));
   workers_.erase(worker);
-  std::erase_if(contents_, [this](const auto& entry) {
-    return std::none_of(workers_.begin(), workers_.end(),
-                        [&](const auto& other) { return Uses(other.second.order, entry.first); });
-  });
+  ForgetUnnamed();
   KeepExit(key, std::move(exited), result);
 }
 

@@ -12,7 +12,7 @@
 // desired set no longer holds it. Only a bind failure before its ports are known (exit code 98) is tried again, with
 // other ports. Nothing is ended because a control plane or an agent is away. Thread rule: one owner.
 //
-// It has 44 methods: one for each event, and one for each step of a worker's life that several events lead to.
+// It has 46 methods: one for each event, and one for each step of a worker's life that several events lead to.
 #pragma once
 
 #include <sys/types.h>
@@ -22,6 +22,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -134,6 +135,9 @@ class Supervisor {
   std::vector<OrderOutcome> Desired(const v1::DesiredSet& set, TimePoint now);
   void ContentReady(const Content& content, const std::string& path);
   void ContentFailed(const Content& content, const std::string& reason);
+  // All that orders name, those to the agent before this one too. What they name no more is asked for again before it
+  // is used again, so its file may be removed.
+  std::set<Content> NamedContents();
   void StateReady(const WorkerKey& key, const std::string& path);
   void StateFailed(const WorkerKey& key, const std::string& reason);
 
@@ -202,6 +206,7 @@ class Supervisor {
   void WantContents(const v1::WorkerOrder& order);
   void Ask(const Content& content, KeptContent& kept);
   std::string PathOf(const Content& content, const Worker& worker) const;
+  void ForgetUnnamed();
   bool SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order);
   std::string StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const;
   bool TakeOrder(const WorkerKey& key, Worker& worker, const v1::WorkerOrder& order, TimePoint now);

@@ -252,6 +252,29 @@ TEST_F(SupervisorTest, PassesOnAWrittenCheckpointOnce) {
   EXPECT_EQ(uploads_[0].path, orders_[0].checkpoint().path());
 }
 
+// Its file may have been removed.
+TEST_F(SupervisorTest, ContentThatOrdersNameNoMoreIsAskedForAgainBeforeItIsUsed) {
+  Want({OrderWithGame(1)});
+  Attach(1);
+  supervisor_.ContentReady(kScene, "/s");
+  supervisor_.ContentReady(kGame, "/g");
+  Carry();
+  EXPECT_THAT(supervisor_.NamedContents(), ElementsAre(kScene, kGame));
+  v1::WorkerOrder without = Order(1, 2);
+  Want({without});
+  EXPECT_THAT(supervisor_.NamedContents(), ElementsAre(kScene));
+  fetches_.clear();
+  v1::WorkerOrder again = OrderWithGame(1);
+  again.set_revision(3);
+  Want({again});
+  EXPECT_THAT(fetches_, ElementsAre(kGameHash));
+  EXPECT_THAT(supervisor_.NamedContents(), ElementsAre(kScene, kGame));
+
+  Supervisor next(PortRange(7800, 8799), [](std::uint16_t) { return true; });
+  next.Adopt(supervisor_.State("boot").workers(0), again);
+  EXPECT_THAT(next.NamedContents(), ElementsAre(kScene, kGame)) << "its worker has them open, or will";
+}
+
 // Also where it is started once more.
 TEST_F(SupervisorTest, AWorkerIsOfTheReleaseThatItsOrderNames) {
   v1::WorkerOrder order = Order(1);
