@@ -81,7 +81,7 @@ class InstancePlayers {
     int waiting = 0;                         // joins that wait for the workers
     std::map<std::uint32_t, Steady> unseen;  // players without a connection, and since when
     std::map<std::uint32_t, Left> left;
-    std::map<std::uint32_t, net::TokenBucket> returns;  // of players who came back lately
+    std::map<std::uint32_t, net::TokenBucket> returns;  // players who came back lately
     std::optional<Steady> looked_at{};                  // for who vanished; none: never, or nobody could say
     std::uint64_t connections = 0;                      // InstanceEntry::connections of then
   };
