@@ -29,10 +29,12 @@ struct ChangeOptions : InstanceChange {
   std::uint64_t tick = 0;
 };
 
-// All is as wanted, and nothing is under way.
+// All is as wanted, and nothing is under way: what waits for room may wait for days.
 bool Settled(const v1::Instance& instance) {
   const bool stands = instance.state() == v1::INSTANCE_STATE_PAUSED;
-  return (stands || instance.state() == v1::INSTANCE_STATE_RUNNING) && instance.changes().empty() &&
+  const bool under_way = std::any_of(instance.changes().begin(), instance.changes().end(),
+                                     [](const v1::InstanceChange& change) { return !change.lacks_room(); });
+  return (stands || instance.state() == v1::INSTANCE_STATE_RUNNING) && !under_way &&
          instance.regions() == instance.wanted_regions();
 }
 

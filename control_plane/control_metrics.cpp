@@ -76,6 +76,8 @@ void AddHealth(const std::vector<InstanceHealth>& all, std::vector<prometheus::M
       {Gauge, "tessera_control_change_taken_back",
        "1 while the instance's last change of who runs what is taken back, since new workers got no links, else 0",
        [](const InstanceHealth& health) { return health.taken_back ? 1.0 : 0.0; }, always},
+      {Gauge, "tessera_control_change_waits", "1 while a change of who runs what waits for a host with room, else 0",
+       [](const InstanceHealth& health) { return health.lacks_room ? 1.0 : 0.0; }, always},
       {Gauge, "tessera_control_unprotected_regions", "regions whose death now would cost time or bodies",
        [](const InstanceHealth& health) { return static_cast<double>(health.unprotected); }, always},
       {Gauge, "tessera_control_uncovered_regions",

@@ -4,13 +4,16 @@
 
 #include <chrono>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "control_plane/backup.h"
+#include "control_plane/control_metrics.h"
 #include "control_plane/memory_store.h"
 #include "control_plane/testing/loaded_plane.h"
 #include "prometheus/registry.h"
@@ -100,6 +103,20 @@ TEST_F(HttpPagesTest, NobodyJoinsOneThatBeganFromABackupBeforeItKnowsWhatRuns) {
                 .status()
                 .code(),
             absl::StatusCode::kNotFound);
+}
+
+TEST(SummaryMetricsTest, AChangeThatWaitsForRoomIsANumber) {
+  ClusterSummary summary;
+  summary.health.resize(2);
+  summary.health[0].id = "inst-1";
+  summary.health[1].id = "inst-2";
+  summary.health[1].lacks_room = true;
+  const SummaryMetrics metrics([&] { return summary; }, [] { return Revision(0); });
+  std::map<std::string, std::vector<double>> values;
+  for (const prometheus::MetricFamily& family : metrics.Collect()) {
+    for (const prometheus::ClientMetric& metric : family.metric) values[family.name].push_back(metric.gauge.value);
+  }
+  EXPECT_EQ(values["tessera_control_change_waits"], (std::vector<double>{0, 1}));
 }
 
 TEST_F(HttpPagesTest, OneThatFollowsIsWell) {

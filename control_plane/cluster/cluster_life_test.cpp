@@ -189,7 +189,8 @@ TEST(InstanceLifeTest, AWorkerThatVanishesUnseenIsNotStartedAgain) {
   harness.Run(seconds(3));
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
   EXPECT_EQ(harness.Get(id).failovers(), 1u);
-  EXPECT_THAT(harness.Get(id).events(0).text(), HasSubstr("region 2 on alpha: worker vanished"));
+  EXPECT_THAT(harness.Get(id).events(0).text(),
+              HasSubstr("region 2 on alpha: worker ended unseen: the agent of its host"));
   ExpectNoIncarnationTwice(harness);
 }
 

@@ -136,6 +136,8 @@ struct InstanceEntry {
   std::uint64_t moved_regions = 0;  // for slow hosts and cut links, in this life
   std::string links_awaited;        // links of newcomers that the plan under way waits for; empty: none
   std::string taken_back;           // why the last change was taken back; empty: none was, or another was made since
+  std::string lacks_room;           // which change waits for room, and why; empty: none does
+  std::chrono::nanoseconds lacks_room_since{0};
 
   // Written by GameEvents and GameMessages.
   std::uint64_t published_events = 0;     // that the game ever published, and restores

@@ -152,6 +152,8 @@ void Instances::NoteWait(InstanceEntry& instance, Now now) const {
     waits = "change";
   } else if (IsStarting(record.state())) {
     waits = v1::InstanceState_Name(record.state());
+  } else if (!instance.lacks_room.empty() && record.state() == v1::INSTANCE_STATE_RUNNING) {
+    waits = "room";
   }
   if (waits == instance.waits) return LogProgress(instance, now);
   instance.waits = std::move(waits);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -199,18 +200,19 @@ std::optional<records::Instance> PlannedChanges::Next(InstanceEntry& instance, N
   std::vector<RegionFacts> facts = Facts(instance, now);
   if (auto back = NextTakenBack(instance, facts, now)) return back;
   auto next = StepPlan(instance.record, facts);
-  if (!next) return Plan(instance, std::move(facts), slow, now);
+  const bool steps = next.has_value();
+  if (!steps) next = Plan(instance, std::move(facts), slow, now);
+  Change& change = changes_[instance.number];
+  if (next && next->has_planned() && AtRest(instance.record)) change.before = LayoutOf(state_, instance.record);
+  if (!steps) return next;
   const bool in_force = instance.record.has_planned() && !next->has_planned();
   if (in_force) instance.taken_back.clear();
   const std::string terms =
       in_force ? DescribeTerms(instance.record, *next, instance.record.planned().effective_tick()) : "";
-  if (!terms.empty()) {
-    changes_[instance.number].not_before = now.steady + UntilNextChange(instance);
-    AddEvent(*next, now, terms);
-  } else if (AtRest(*next)) {
-    changes_[instance.number].not_before = now.steady + UntilNextChange(instance);
-    AddEvent(*next, now,
-             absl::StrCat("map ", next->map().version(), " in force: ", next->map().regions_size(), " regions"));
+  if (!terms.empty() || AtRest(*next)) {
+    change.not_before = now.steady + UntilNextChange(instance);
+    AddEvent(*next, now, terms.empty() ? DescribeDone(change.before, LayoutOf(state_, *next)) : terms);
+    if (AtRest(*next)) change.before.reset();
   }
   return next;
 }
@@ -262,10 +264,9 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
   auto planned = PlanChange(instance.record, facts, hosts);
   if (!planned.ok()) {
     change.not_before = now.steady + kChangeRetry;
-    LogTrouble(state_, instance, "change cannot be made for now",
-               NamingLackingHosts(state_, NeedsOf(instance.record), planned.status()));
-    return std::nullopt;
+    return NoteNoRoom(instance, facts, NamingLackingHosts(state_, NeedsOf(instance.record), planned.status()), now);
   }
+  if (!std::exchange(instance.lacks_room, "").empty()) state_.MarkChanged(instance);
   if (!*planned) {
     change.not_before = now.steady + kBalanceInterval;
     instance.taken_back.clear();  // all is as wanted
@@ -275,6 +276,25 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
     NoteMoved(instance, leaver, **planned, now);
   }
   return *std::move(planned);
+}
+
+// What waits is shown for as long as it does; the event and the line in the log come once.
+std::optional<records::Instance> PlannedChanges::NoteNoRoom(InstanceEntry& instance, std::span<const RegionFacts> facts,
+                                                            const absl::Status& why, Now now) {
+  if (!absl::IsResourceExhausted(why)) {
+    LogTrouble(state_, instance, "change cannot be made for now", why);
+    return std::nullopt;
+  }
+  const std::string text = DescribeNoRoom(state_, instance.record, facts, std::string(why.message()));
+  if (!std::exchange(instance.lacks_room, text).empty()) return std::nullopt;
+  instance.lacks_room_since = now.unix_time;
+  state_.MarkChanged(instance);
+  state_.Log(absl::StrCat("change waits for room id=", instance.record.id(), ": ", text), Severity::kError);
+  const auto& events = instance.record.events();
+  if (!events.empty() && events.rbegin()->text() == text) return std::nullopt;  // said in an earlier life
+  records::Instance told = instance.record;
+  AddEvent(told, now, text);
+  return told;
 }
 
 // --- Regions that leave their hosts.

@@ -16,6 +16,7 @@
 
 #include "absl/status/statusor.h"
 #include "control_plane/change.h"
+#include "control_plane/cluster/change_words.h"
 #include "control_plane/cluster/cluster_state.h"
 #include "control_plane/cluster/cut_links.h"
 #include "control_plane/cluster/slow_hosts.h"
@@ -86,12 +87,15 @@ class PlannedChanges {
     std::map<std::uint64_t, WorkerLoad> workers;  // by incarnation
     Steady unlinked{0};                           // how long the plan under way has waited for links of newcomers
     Steady unlinked_at{0};                        // when that was last seen; 0: it does not wait for any now
+    std::optional<Layout> before;                 // who ran what when the change under way began; none: not known
   };
 
   std::optional<records::Instance> NextTerms(const InstanceEntry& instance, Now now);
   std::vector<RegionFacts> Facts(const InstanceEntry& instance, Now now) const;
   std::optional<records::Instance> Plan(InstanceEntry& instance, std::vector<RegionFacts> facts,
                                         const std::optional<SlowRegion>& slow, Now now);
+  std::optional<records::Instance> NoteNoRoom(InstanceEntry& instance, std::span<const RegionFacts> facts,
+                                              const absl::Status& why, Now now);
   // Which region is to leave its host now, and why; `hosts` are marked that it is to keep away from.
   struct Leaver {
     std::optional<CutMove> cut;

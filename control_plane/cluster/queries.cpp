@@ -141,6 +141,7 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
     health.still_regions = instance.still_regions;
     health.degraded = !instance.degraded.empty();
     health.taken_back = !instance.taken_back.empty();
+    health.lacks_room = !instance.lacks_room.empty();
     health.cut_links = instance.cut_links.size();
     health.moved_regions = instance.moved_regions;
     if (const v1::Checkpoint* newest = NewestKept(record.checkpoints())) {

@@ -44,6 +44,7 @@ std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::s
 struct InstanceHealth {
   std::string id;
   bool degraded = false, taken_back = false;                            // its last change was taken back
+  bool lacks_room = false;                                              // a change waits for room
   int unprotected = 0;                                                  // regions
   std::size_t uncovered_regions = 0, still_regions = 0, cut_links = 0;  // that degrade it
   std::uint64_t moved_regions = 0;

@@ -64,6 +64,7 @@ std::string DescribeStart(const ClusterState& state, const InstanceEntry& instan
 void AddChange(const ClusterState& state, const InstanceEntry& instance, v1::Instance& view) {
   const records::Instance& record = instance.record;
   v1::InstanceChange change;
+  std::chrono::nanoseconds since = instance.waits.empty() ? std::chrono::nanoseconds(0) : instance.waits_since;
   if (!instance.restore_wanted.empty() && WantsWorkers(record.state())) {
     change.set_text(absl::StrCat("is to begin again from a checkpoint: ", instance.restore_wanted));
     if (!instance.restore_waits.empty()) absl::StrAppend(change.mutable_text(), "; waits: ", instance.restore_waits);
@@ -79,6 +80,11 @@ void AddChange(const ClusterState& state, const InstanceEntry& instance, v1::Ins
   } else if (IsStarting(record.state())) {
     change.set_text(DescribeStart(state, instance));
     change.set_version(record.map().version());
+  } else if (!instance.lacks_room.empty() && record.state() == v1::INSTANCE_STATE_RUNNING) {
+    change.set_text(instance.lacks_room);
+    change.set_version(record.map().version());
+    change.set_lacks_room(true);
+    since = instance.lacks_room_since;
   } else if (!instance.taken_back.empty() && record.state() == v1::INSTANCE_STATE_RUNNING) {
     change.set_text(instance.taken_back);
     change.set_version(record.map().version());
@@ -86,7 +92,7 @@ void AddChange(const ClusterState& state, const InstanceEntry& instance, v1::Ins
     return;
   }
   if (!instance.trouble.empty()) *change.mutable_text() += "; " + OneLine(instance.trouble, kMaxReasonBytes);
-  if (!instance.waits.empty()) *change.mutable_since() = ToTimestamp(instance.waits_since);
+  if (since.count() != 0) *change.mutable_since() = ToTimestamp(since);
   *view.add_changes() = std::move(change);
 }
 

@@ -157,7 +157,7 @@ void WorkerReports::NoticeAbsent(HostEntry& host, const ReportList& reports,
     if (WantsWorkers(state)) {
       const bool ran = worker.reported || instance.record.run() || state != v1::INSTANCE_STATE_STARTING;
       if (!ran || ++worker.missed < kMissedBeforeVanished) continue;
-      state_.SetGone(instance, worker, "worker vanished: its agent no longer names it");
+      state_.SetGone(instance, worker, "worker ended unseen: the agent of its host does not name it any more");
       touched.insert(number);
     } else if (worker.ended_in != 0 && acted_revision >= worker.ended_in) {
       state_.SetGone(instance, worker, "");
