@@ -15,11 +15,16 @@
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
 #include "control_plane/standbys.h"
+#include "control_plane/world_terms.h"
 
 namespace tessera::control {
 namespace {
 
 constexpr std::chrono::milliseconds kOrdersPatience{500};  // for agents' streams to take their orders
+// A standstill that regions report within so long after a failover is its own, and an event if it is so much longer
+// than what was said.
+constexpr std::chrono::milliseconds kStoodPatience{5000}, kStoodTolerance{500};
+constexpr std::uint64_t kMostGapMs = 31'536'000'000;  // a year; who reports more lies
 
 // "region 3 on alpha: silent; region 4 on beta: worker was killed by signal 9"
 std::string DescribeDeaths(const ClusterState& state, const InstanceEntry& instance, const std::vector<Death>& deaths) {
@@ -64,6 +69,22 @@ bool AwaitsResolution(const records::Instance& record) {
   return record.has_failover() && !record.failover().has_resolution();
 }
 
+std::chrono::milliseconds ToMs(std::chrono::nanoseconds span) {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(span);
+}
+
+// The longest time without a step that a region reports, and had not reported before; 0: none has.
+std::chrono::milliseconds LongestGap(const InstanceEntry& instance,
+                                     const std::map<std::uint64_t, std::uint64_t>& before) {
+  std::uint64_t longest = 0;
+  for (const WorkerEntry& worker : instance.workers) {
+    const std::uint64_t gap = worker.report.last_gap_ms();
+    const auto known = before.find(worker.incarnation);
+    if (known != before.end() && gap != known->second) longest = std::max(longest, std::min(gap, kMostGapMs));
+  }
+  return std::chrono::milliseconds(longest);
+}
+
 std::map<std::uint64_t, Steady> LeasesOf(const InstanceEntry& instance) {
   std::map<std::uint64_t, Steady> leased_at;
   for (const WorkerEntry& worker : instance.workers) leased_at[worker.incarnation] = worker.leased_at;
@@ -82,6 +103,7 @@ void Failovers::Forget(std::uint64_t number) {
   watches_.erase(number);
   begun_at_.erase(number);
   told_.erase(number);
+  standstills_.erase(number);
   adopted_.erase(number);
   silent_at_.erase(number);
   awaits_said_.erase(number);
@@ -120,7 +142,7 @@ FailoverStep Failovers::Next(const InstanceEntry& instance, const CutBetween& cu
 // Nobody is to be declared dead. `silent`: inventories of silent hosts are awaited.
 FailoverStep Failovers::GoOn(const InstanceEntry& instance, bool silent, Now now) {
   const records::Instance& record = instance.record;
-  if (!record.has_failover()) return {};
+  if (!record.has_failover()) return NextStood(instance, now);
   if (AwaitsResolution(record)) return Resolve(instance, silent, now);
   if (!AllRunByMap(instance)) return {};
   return End(instance, now);
@@ -283,7 +305,10 @@ FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<D
   if (!begun.ok()) return {.given_up = std::string(begun.status().message())};
   AddEvent(*begun, now, why);
   const bool new_map = begun->map().version() != record.map().version();
-  if (begun->has_failover() && !record.has_failover()) begun_at_[instance.number] = now.steady;
+  if (begun->has_failover() && !record.has_failover()) {
+    begun_at_[instance.number] = now.steady;
+    NoteStandstill(instance, deaths);
+  }
   if (begun->has_failover() && new_map) watches_[instance.number].Begin(*begun, LeasesOf(instance), now);
   const bool dropped_plan = !begun->has_failover();
   return {.next = *std::move(begun), .players = std::move(players), .dropped_plan = dropped_plan};
@@ -336,11 +361,50 @@ FailoverStep Failovers::End(const InstanceEntry& instance, Now now) {
   if (begun != begun_at_.end()) took = now.steady - begun->second;
   took = std::max(took, std::chrono::nanoseconds(0));
   records::Instance next = EndFailover(instance.record);
-  AddEvent(next, now,
-           absl::StrCat("failover of ", DescribeFailover(failover), ": ", failover.resolution().takeovers_size(),
-                        " bodies promoted, ", failover.resolution().lost_size(), " lost, ",
-                        std::chrono::duration_cast<std::chrono::milliseconds>(took).count(), " ms"));
+  std::string text =
+      absl::StrCat("failover of ", DescribeFailover(failover), ": ", failover.resolution().takeovers_size(),
+                   " bodies promoted, ", failover.resolution().lost_size(), " lost, ", ToMs(took).count(), " ms");
+  if (const auto found = standstills_.find(instance.number); found != standstills_.end()) {
+    Standstill& stood = found->second;
+    stood.said_at = now.steady;
+    std::chrono::milliseconds known = LongestGap(instance, stood.gaps);
+    if (stood.since.count() != 0) known = std::max(known, ToMs(now.steady - stood.since));
+    stood.said = std::max(ToMs(took), known);
+    if (known.count() > 0) absl::StrAppend(&text, "; the world stood up to ", stood.said.count(), " ms");
+  }
+  AddEvent(next, now, text);
   state_.effects().failovers.push_back(took);
+  return {.next = std::move(next)};
+}
+
+// A world that is paused stands anyway. An exit without a report in this life is of a worker that died before it.
+void Failovers::NoteStandstill(const InstanceEntry& instance, const std::vector<Death>& deaths) {
+  standstills_.erase(instance.number);
+  if (IsPaused(instance.record)) return;
+  Standstill stood;
+  for (const WorkerEntry& worker : instance.workers) {
+    stood.gaps[worker.incarnation] = worker.report.last_gap_ms();
+    const bool died = std::any_of(deaths.begin(), deaths.end(),
+                                  [&](const Death& death) { return death.incarnation == worker.incarnation; });
+    const Steady sign = std::max(worker.reported_at, worker.witnessed_at);
+    if (died && sign.count() != 0) stood.since = stood.since.count() == 0 ? sign : std::min(stood.since, sign);
+  }
+  standstills_[instance.number] = std::move(stood);
+}
+
+// The regions know how long they stood once they step again, which is after they report the map: they may have stood
+// for a control plane that was away.
+FailoverStep Failovers::NextStood(const InstanceEntry& instance, Now now) {
+  const auto found = standstills_.find(instance.number);
+  if (found == standstills_.end()) return {};
+  const std::chrono::milliseconds gap = LongestGap(instance, found->second.gaps);
+  if (gap <= found->second.said + kStoodTolerance) {
+    if (now.steady - found->second.said_at >= kStoodPatience) standstills_.erase(found);
+    return {};
+  }
+  standstills_.erase(found);
+  records::Instance next = instance.record;
+  AddEvent(next, now, absl::StrCat("the world stood ", gap.count(), " ms for the failover before, as its regions say"));
   return {.next = std::move(next)};
 }
 

@@ -21,6 +21,7 @@
 // Thread rule: as Cluster.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <optional>
 #include <string>
@@ -78,6 +79,13 @@ class Failovers {
     Steady at{0};
     region::Resolution resolution;
   };
+  // How long a world stands for a failover: nobody steps from the death on.
+  struct Standstill {
+    Steady since{0};                              // last sign of the dead; 0: none in this life
+    std::map<std::uint64_t, std::uint64_t> gaps;  // that regions had reported before, by incarnation; of earlier ones
+    Steady said_at{0};                            // when the failover's event said so long; 0: it is not over
+    std::chrono::milliseconds said{0};
+  };
 
   const Told* ToldIn(const InstanceEntry& instance) const;
   bool OrdersAreOut(const InstanceEntry& instance) const;
@@ -96,12 +104,15 @@ class Failovers {
                      const CutBetween& cut, Now now);
   FailoverStep Resolve(const InstanceEntry& instance, bool silent, Now now);
   FailoverStep End(const InstanceEntry& instance, Now now);
+  void NoteStandstill(const InstanceEntry& instance, const std::vector<Death>& deaths);
+  FailoverStep NextStood(const InstanceEntry& instance, Now now);
 
   ClusterState& state_;
   ControlSettings settings_;
   std::map<std::uint64_t, FailoverWatch> watches_;      // by instance number; empty while there was no failover
   std::map<std::uint64_t, Steady> begun_at_;            // likewise; none for one that an earlier life began
   std::map<std::uint64_t, Told> told_;                  // likewise
+  std::map<std::uint64_t, Standstill> standstills_;     // likewise; until all is said of it
   std::map<std::uint64_t, std::uint64_t> adopted_;      // versions of the maps of failovers that an earlier life began
   std::map<std::uint64_t, Steady> silent_at_;           // when somebody whom the failover awaits was last silent
   std::map<std::uint64_t, std::uint64_t> awaits_said_;  // version of the map under which an event said who is awaited

@@ -13,6 +13,7 @@ namespace tessera::control {
 namespace {
 
 using std::chrono::milliseconds;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 const CutBetween kNoCuts = [](RegionId, RegionId) { return false; };
@@ -94,6 +95,24 @@ class FailoversTest : public ::testing::Test {
     for (WorkerEntry& worker : instance_.workers) worker.report.set_map_version(instance_.record.map().version());
   }
 
+  // Region 3 dies and is carried on within 100 ms.
+  void CarryOn3() {
+    rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, 3), "worker was killed by signal 9");
+    ASSERT_TRUE(Take(Next()));
+    for (const std::uint32_t region : {1, 2, 4}) SendInventory(region);
+    ASSERT_TRUE(Tell(Next()));
+    ASSERT_TRUE(Take(Next()));
+    rig_.Pass(milliseconds(100));
+    ResumeAll();
+    ASSERT_TRUE(Take(Next()));
+    ASSERT_FALSE(instance_.record.has_failover());
+  }
+  // As the regions report it of their last failover.
+  void SetGaps(std::uint64_t gap_ms) {
+    for (WorkerEntry& worker : instance_.workers) worker.report.set_last_gap_ms(gap_ms);
+  }
+  std::string LastEvent() const { return instance_.record.events().rbegin()->text(); }
+
   StateRig rig_;
   HostEntry &alpha_ = rig_.AddHost("alpha"), &beta_ = rig_.AddHost("beta");
   InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &alpha_, &beta_, &beta_});
@@ -112,6 +131,44 @@ TEST_F(FailoversTest, OnlyTheHostThatRanAWorkerSaysThatItEnded) {
   ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
   EXPECT_EQ(failovers_.NoteExit(alpha_, exited), nullptr) << "its lease has to run out";
   EXPECT_EQ(failovers_.NoteExit(beta_, exited), &instance_);
+}
+
+// Its own time counts from when it is known that somebody died.
+TEST_F(FailoversTest, ItsEventSaysHowLongTheWorldStoodFromTheLastSignOfTheDeadOn) {
+  for (WorkerEntry& worker : instance_.workers) worker.reported_at = rig_.now.steady;
+  rig_.Pass(milliseconds(4000));
+  CarryOn3();
+  EXPECT_THAT(LastEvent(), EndsWith(": 1 bodies promoted, 0 lost, 100 ms; the world stood up to 4100 ms"));
+  EXPECT_FALSE(Take(Next()));
+  SetGaps(4300);
+  EXPECT_FALSE(Take(Next())) << "about as long";
+  SetGaps(91'456);
+  EXPECT_TRUE(Take(Next()));
+  EXPECT_EQ(LastEvent(), "the world stood 91456 ms for the failover before, as its regions say");
+  EXPECT_FALSE(Take(Next())) << "once";
+}
+
+// Nobody led when the worker died: its neighbours alone know since when they have stood.
+TEST_F(FailoversTest, OfADeathInAnEarlierLifeTheRegionsSayHowLongTheWorldStood) {
+  SetGaps(50'000);  // of an earlier failover
+  WorkerEntry& dead = StateRig::WorkerOf(instance_, 3);
+  dead.reported_at = dead.witnessed_at = Steady(0);
+  CarryOn3();
+  EXPECT_THAT(LastEvent(), EndsWith(": 1 bodies promoted, 0 lost, 100 ms"));
+  EXPECT_FALSE(Take(Next())) << "an earlier failover's";
+  SetGaps(91'456);
+  EXPECT_TRUE(Take(Next()));
+  EXPECT_EQ(LastEvent(), "the world stood 91456 ms for the failover before, as its regions say");
+}
+
+TEST_F(FailoversTest, AWorldThatIsPausedStandsForNoFailover) {
+  records::Instance paused = instance_.record;
+  paused.mutable_map()->mutable_terms()->set_paused(true);
+  ASSERT_TRUE(rig_.state->StoreInstance(instance_, paused).ok());
+  CarryOn3();
+  EXPECT_THAT(LastEvent(), EndsWith(" lost, 100 ms"));
+  SetGaps(91'456);
+  EXPECT_FALSE(Take(Next()));
 }
 
 TEST_F(FailoversTest, AnExitIsWalkedFromTheMapWithoutItToTheWorldThatRunsAgain) {
