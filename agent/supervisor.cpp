@@ -176,7 +176,9 @@ std::string Supervisor::Start(const WorkerKey& key, const v1::WorkerOrder& order
   *worker.record.mutable_identity() = IdentityOf(key);
   if (!Spawn(key, worker)) {
     const std::string reason = absl::StrCat("no three free ports in ", ports_.ToString());
-    Finish(place, NeverStarted(key, reason), ExitResult::kError);
+    v1::WorkerExited exited = NeverStarted(key, reason);
+    exited.set_exit_code(kExitPortInUse);
+    Finish(place, std::move(exited), ExitResult::kError);
     return "refused: " + reason;
   }
   // Anew, though others have it: since they began the file may have been removed or damaged.

@@ -83,6 +83,7 @@ TEST_F(SupervisorTest, FullPortRangeIsReportedAndStartsNothing) {
   ASSERT_THAT(exits, SizeIs(1));
   EXPECT_EQ(exits[0].identity().region(), 2U);
   EXPECT_FALSE(exits[0].started());
+  EXPECT_EQ(exits[0].exit_code(), kExitPortInUse) << "the control plane then looks for another host";
   EXPECT_EQ(exits[0].reason(), "no three free ports in 7800-7802");
 }
 

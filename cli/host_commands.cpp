@@ -44,6 +44,15 @@ TableRow HostRow(const v1::Host& host) {
           FormatAge(AgeSeconds(host.create_time()))};
 }
 
+// "beta: has had no free ports ...", a line each; empty: nothing is wrong with any of them.
+std::string Notes(const google::protobuf::RepeatedPtrField<v1::Host>& hosts) {
+  std::string out;
+  for (const v1::Host& host : hosts) {
+    for (const std::string& note : host.notes()) out += fmt::format("\n{}: {}", host.name(), note);
+  }
+  return out.empty() ? "" : out + "\n";
+}
+
 const TableRow kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
 
 // An agent of an earlier release lists games, and does not say whether they have a movement.
@@ -103,7 +112,7 @@ void ListHosts(const Globals& globals) {
     std::cerr << "no hosts; add one with 'tessera host add NAME'\n";
     return;
   }
-  std::cout << FormatTable(rows);
+  std::cout << FormatTable(rows) << Notes(all.hosts());
 }
 
 void Describe(const Globals& globals, const HostOptions& options) {
@@ -116,6 +125,7 @@ void Describe(const Globals& globals, const HostOptions& options) {
     return;
   }
   std::cout << FormatTable({kHostHeader, HostRow(response.host())});
+  for (const std::string& note : response.host().notes()) std::cout << "\nNote: " << note << "\n";
   if (response.host().releases_size() > 1) {
     std::cout << fmt::format("\nWorker programs of releases {}\n", fmt::join(response.host().releases(), ", "));
   }

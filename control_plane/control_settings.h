@@ -122,6 +122,10 @@ inline constexpr std::chrono::milliseconds kMovedRegionInterval{600'000};
 inline constexpr double kSlowHostCost = 1.5;
 inline constexpr std::chrono::milliseconds kSlowHostAfter{15'000}, kSlowHostInterval = kMovedRegionInterval;
 
+// For how long regions are not placed on a host on which a worker found no free ports, while another has room. Shorter,
+// and each failover begins with a worker that dies there; longer, and the host stays empty when its ports are free.
+inline constexpr std::chrono::milliseconds kNoPortsInterval = kMovedRegionInterval;
+
 // How long a change may be held up by bodies that wait for a cut link, until the region that has them is carried on by
 // its standby. Without a cut they are handed over within a second; with one, those that come back by themselves, or
 // reach a third region, take some more. Shorter, and a failover stops a world that is almost done; longer, and a world

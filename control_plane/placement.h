@@ -19,7 +19,7 @@ namespace tessera::control {
 struct FreeHost {
   std::string id;
   std::uint32_t free = 0;  // places left
-  bool avoided = false;    // taken by planned changes only where no other host has room
+  bool avoided = false;    // taken only where no other host has room; Place does not look at it
 };
 
 struct PlacedRegion {

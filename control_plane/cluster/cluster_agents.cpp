@@ -69,6 +69,7 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
         ForgetUnknownWorker(*state_, *host, message.exited().identity());
         break;
       }
+      hosts_.NoteExit(*host, message.exited(), now);
       NoteGameDeath(*host, message.exited(), touched);
       if (!reports_.TakeExit(*host, message.exited(), touched)) awaits = failovers_.NoteExit(*host, message.exited());
       break;

@@ -1,4 +1,5 @@
-// Changes that find no room, and how a change is told that is done, under a virtual clock.
+// Changes that find no room, hosts that are kept away from, and how a change is told that is done, under a virtual
+// clock.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -25,6 +26,12 @@ int EventsWith(const v1::Instance& instance, const std::string& text) {
   return static_cast<int>(
       std::count_if(instance.events().begin(), instance.events().end(),
                     [&](const v1::InstanceEvent& event) { return event.text().find(text) != std::string::npos; }));
+}
+
+v1::Host HostOf(ClusterHarness& harness, const std::string& name) {
+  v1::GetHostRequest request;
+  request.set_name(name);
+  return GetHost(harness.cluster().state(), request)->host();
 }
 
 // Two hosts that are full with a world of four regions, of which beta is to be emptied.
@@ -150,6 +157,47 @@ TEST(RoomTest, AChangeThatAnotherLifeBeganIsSaidToBeDone) {
   harness.Run(seconds(10));
   ExpectSettled(harness, id, 3);
   EXPECT_EQ(EventsWith(harness.Get(id), "a change is done: 3 regions run"), 1);
+}
+
+TEST(RoomTest, AHostWithoutFreePortsIsKeptAwayFromForTenMinutes) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  FakeHost& beta = harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 4);
+  ASSERT_EQ(beta.fake.workers.size(), 2U);
+  beta.fake.no_ports = true;
+  harness.Send(beta, beta.fake.Kill(beta.fake.workers.begin()->first, 9));
+  harness.Run(seconds(20));
+  ExpectSettled(harness, id, 4);
+  ExpectEachBodyOnce(harness, 4);
+  EXPECT_EQ(beta.fake.workers.size(), 1U);
+  EXPECT_EQ(beta.fake.starts.size(), 3U) << "it was chosen once more, as it had fewest, and never again";
+  ASSERT_EQ(HostOf(harness, "beta").notes_size(), 1);
+  EXPECT_THAT(HostOf(harness, "beta").notes(0), HasSubstr("no free ports for a worker"));
+  EXPECT_THAT(HostOf(harness, "beta").notes(0), HasSubstr("--port-range"));
+  EXPECT_EQ(HostOf(harness, "alpha").notes_size(), 0);
+  beta.fake.no_ports = false;
+  harness.Run(kNoPortsInterval - seconds(40));
+  EXPECT_EQ(beta.fake.workers.size(), 1U);
+  harness.Run(seconds(60));
+  EXPECT_EQ(HostOf(harness, "beta").notes_size(), 0);
+  EXPECT_EQ(beta.fake.workers.size(), 2U) << "it gets its share again";
+  ExpectSettled(harness, id, 4);
+}
+
+TEST(RoomTest, AHostWithoutFreePortsIsTakenWhereNoOtherHasRoom) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 1);
+  FakeHost& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 1);
+  ASSERT_EQ(beta.fake.workers.size(), 1U) << "it has more room";
+  beta.fake.no_ports = true;
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  harness.Run(seconds(2));
+  EXPECT_EQ(HostOf(harness, "beta").notes_size(), 1);
+  beta.fake.no_ports = false;
+  harness.Run(seconds(20));
+  ExpectSettled(harness, id, 3);
 }
 
 }  // namespace

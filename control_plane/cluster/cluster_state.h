@@ -94,6 +94,9 @@ struct HostEntry {
   Steady last_heard{0};
   std::chrono::nanoseconds last_heartbeat_time{0};  // wall clock; 0: none in this life
   std::optional<double> clock_ahead_s;  // the host's wall clock against ours, with the heartbeat's way; none: unknown
+  Steady no_ports_until{
+      0};  // a worker found no free ports there: regions go elsewhere, if they can, until then; 0: none did
+  std::chrono::nanoseconds no_ports_since{0};  // wall clock
 
   // Written by Cluster.
   bool takes_player_changes = false;      // its agent's orders may name players by what changed

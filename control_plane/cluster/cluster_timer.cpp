@@ -21,6 +21,7 @@ void Cluster::HandleTimer(Now now, const std::function<Now()>& between) {
   }
   reconciler_.Reconcile(now, evicted);
   for (HostEntry& host : state_->EachHost()) {
+    hosts_.ForgetNoPorts(host, now);
     if (!hosts_.Lost(host, now)) continue;
     InstanceNumbers touched;
     reports_.NoticeLost(host, touched);

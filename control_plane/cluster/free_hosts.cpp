@@ -60,6 +60,11 @@ std::string LackingHosts(const ClusterState& state, const RegionNeeds& needs) {
   return absl::StrCat(absl::StrJoin(lacking, ", "), more > 0 ? absl::StrCat(" and ", more, " more") : "");
 }
 
+std::vector<FreeHost> NotAvoided(std::vector<FreeHost> hosts) {
+  std::erase_if(hosts, [](const FreeHost& host) { return host.avoided; });
+  return hosts;
+}
+
 absl::Status NobodyHas(const ClusterState& state, const RegionNeeds& needs) {
   const std::string lacking = LackingHosts(state, needs);
   return absl::FailedPreconditionError(
@@ -93,7 +98,9 @@ std::vector<FreeHost> FreeHosts(const ClusterState& state, const RegionNeeds& ne
       taken += RegionThreadsOf(state.instances().at(instance).record);
     }
     const std::uint32_t capacity = CapacityOf(host);
-    free.push_back({host.record.id(), capacity > taken ? (capacity - taken) / needs.threads : 0});
+    free.push_back({.id = host.record.id(),
+                    .free = capacity > taken ? (capacity - taken) / needs.threads : 0,
+                    .avoided = host.no_ports_until.count() != 0});
   }
   return free;
 }
@@ -108,11 +115,13 @@ std::vector<FreeHost> HeardHosts(const ClusterState& state, const RegionNeeds& n
 
 absl::StatusOr<PlacementPlan> PlaceAnew(const ClusterState& state, const PartitionMap& map, const RegionNeeds& needs,
                                         const InstanceEntry* without, Steady silence, Now now) {
-  auto placed = Place(map, HeardHosts(state, needs, without, silence, now));
-  if (placed.ok()) return placed;
+  const std::vector<FreeHost> heard = HeardHosts(state, needs, without, silence, now);
   const std::vector<FreeHost> free = FreeHosts(state, needs, without);
+  for (const auto& hosts : {NotAvoided(heard), NotAvoided(free), heard}) {
+    if (auto placed = Place(map, hosts); placed.ok()) return placed;
+  }
   if (free.empty() && !needs.module.empty()) return NobodyHas(state, needs);
-  placed = Place(map, free);
+  auto placed = Place(map, free);
   if (!placed.ok()) return NamingLackingHosts(state, needs, placed.status());
   return placed;
 }

@@ -22,8 +22,8 @@ struct RegionNeeds {
 RegionNeeds NeedsOf(const records::Instance& record);
 
 // Hosts that take regions, with the number of such regions that each has room for: every thread takes a place. Hosts
-// without the native game or without programs of the release are left out. Places of `without`, if given, count as
-// free.
+// without the native game or without programs of the release are left out; one on which a worker has just found no free
+// ports is to be avoided. Places of `without`, if given, count as free.
 std::vector<FreeHost> FreeHosts(const ClusterState& state, const RegionNeeds& needs, const InstanceEntry* without);
 
 // Those of them that were heard within `silence`: what is placed on a host that has just died waits in vain until the
@@ -32,8 +32,8 @@ std::vector<FreeHost> HeardHosts(const ClusterState& state, const RegionNeeds& n
                                  Steady silence, Now now);
 
 // Places all regions of `map` on heard hosts if they have room, else on all that take regions: a busy machine is silent
-// for a moment, too. RESOURCE_EXHAUSTED when there is no room, FAILED_PRECONDITION where no host that takes regions has
-// the native game; both name the hosts that lack it.
+// for a moment, too; on hosts to be avoided only if the others have no room. RESOURCE_EXHAUSTED when there is no room,
+// FAILED_PRECONDITION where no host that takes regions has the native game; both name the hosts that lack it.
 absl::StatusOr<PlacementPlan> PlaceAnew(const ClusterState& state, const PartitionMap& map, const RegionNeeds& needs,
                                         const InstanceEntry* without, Steady silence, Now now);
 

@@ -69,6 +69,19 @@ TEST_F(FreeHostsTest, WhereNoHostHasItEachSaysWhy) {
             "module), gamma (is made for version 8 of the interface, and this is version 1)");
 }
 
+TEST_F(FreeHostsTest, AHostWithoutFreePortsIsTakenLast) {
+  HostEntry& alpha = AddHost("alpha", kBuildA);
+  const HostEntry& beta = AddHost("beta", kBuildA);
+  const std::uint32_t room = FreeHosts(*rig_.state, arena_, nullptr)[1].free;
+  alpha.no_ports_until = rig_.now.steady + seconds(600);
+  EXPECT_TRUE(FreeHosts(*rig_.state, arena_, nullptr)[0].avoided);
+  const auto elsewhere = Places(room, arena_);
+  ASSERT_TRUE(elsewhere.ok()) << elsewhere.status();
+  for (const PlacedRegion& region : elsewhere->regions) EXPECT_EQ(region.host_id, beta.record.id());
+  const auto both = Places(room + 1, arena_);
+  ASSERT_TRUE(both.ok()) << both.status();
+}
+
 TEST_F(FreeHostsTest, OfManyHostsTheFirstAreNamed) {
   for (int i = 10; i < 30; ++i) AddHost("host" + std::to_string(i), "");
   EXPECT_THAT(std::string(Places(1, arena_).status().message()), HasSubstr("game module) and 12 more"));

@@ -1,5 +1,7 @@
 #include "control_plane/cluster/hosts.h"
 
+#include <google/protobuf/util/time_util.h>
+
 #include <algorithm>
 #include <chrono>
 
@@ -22,6 +24,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kMaxVersionBytes = 128;
 constexpr std::uint32_t kDefaultMaxRegions = 64;
+constexpr std::int32_t kExitPortInUse = 98;  // EADDRINUSE, of a worker that never ran: as agent/limits.h has it
 constexpr std::chrono::nanoseconds kDefaultTokenTtl = 24h, kLeastTokenTtl = 1min, kMostTokenTtl = 24h * 30;
 
 absl::StatusOr<std::chrono::nanoseconds> TokenTtl(const v1::AddHostRequest& request) {
@@ -283,6 +286,23 @@ bool Hosts::Heard(HostEntry& host, Now now) {
   return true;
 }
 
+void Hosts::NoteExit(HostEntry& host, const v1::WorkerExited& exited, Now now) {
+  if (exited.started() || exited.signal() != 0 || exited.exit_code() != kExitPortInUse) return;
+  if (host.no_ports_until.count() == 0) {
+    host.no_ports_since = now.unix_time;
+    state_.Log(absl::StrCat("host has no free ports host=", host.record.name(), ": regions go elsewhere for ",
+                            std::chrono::duration_cast<std::chrono::minutes>(kNoPortsInterval).count(), " minutes"),
+               Severity::kWarning);
+  }
+  host.no_ports_until = now.steady + kNoPortsInterval;
+}
+
+void Hosts::ForgetNoPorts(HostEntry& host, Now now) {
+  if (host.no_ports_until.count() == 0 || now.steady < host.no_ports_until) return;
+  host.no_ports_until = Steady(0);
+  state_.Log(absl::StrCat("host is given regions again host=", host.record.name()));
+}
+
 bool Hosts::Lost(HostEntry& host, Now now) {
   const bool admitted = !host.record.secret_hash().empty();
   if (!admitted || host.lost || now.steady - host.last_heard <= settings_.lost_after) return false;
@@ -341,6 +361,16 @@ v1::Host ViewOf(const HostEntry& host) {
     identity.set_incarnation(unknown.incarnation());
   }
   return view;
+}
+
+void AddNotes(const HostEntry& host, v1::Host& view) {
+  if (host.no_ports_until.count() == 0) return;
+  google::protobuf::Timestamp since = ToTimestamp(host.no_ports_since);
+  since.set_nanos(0);
+  view.add_notes(absl::StrCat("has had no free ports for a worker at ",
+                              google::protobuf::util::TimeUtil::ToString(since), ", so regions go elsewhere for ",
+                              std::chrono::duration_cast<std::chrono::minutes>(kNoPortsInterval).count(),
+                              " minutes: widen its agent's --port-range, or free its ports"));
 }
 
 absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial) {

@@ -53,6 +53,10 @@ class Hosts {
   // A message came. True: the host was lost until now.
   bool Heard(HostEntry& host, Now now);
   void NoteHeartbeat(HostEntry& host, const v1::AgentHeartbeat& heartbeat, Now now);
+  // A worker of the host ended. Where it had found no free ports, regions go elsewhere for a while.
+  void NoteExit(HostEntry& host, const v1::WorkerExited& exited, Now now);
+  // Call it about every kTimerInterval.
+  void ForgetNoPorts(HostEntry& host, Now now);
   // True: the host has been silent for too long, and is lost from now on.
   bool Lost(HostEntry& host, Now now);
 
@@ -78,6 +82,8 @@ v1::HostState StateOf(const HostEntry& host);
 std::uint32_t MaxRegionsOf(const HostEntry& host);
 std::uint32_t CapacityOf(const HostEntry& host);
 v1::Host ViewOf(const HostEntry& host);
+// Adds what is wrong with the host, for whoever lists it.
+void AddNotes(const HostEntry& host, v1::Host& view);
 // UNAUTHENTICATED unless `serial` is of the newest certificate that the host has shown, or of a later one.
 absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial);
 // UNAUTHENTICATED unless the secret is that of the host.

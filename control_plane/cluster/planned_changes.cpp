@@ -247,7 +247,7 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
   const bool all_run = AllRunByMap(instance);
   if (!AtRest(instance.record) || !all_run || now.steady < change.not_before) return std::nullopt;
   std::vector<FreeHost> hosts = HeardHosts(state_, NeedsOf(instance.record), nullptr, settings_.failover_after, now);
-  for (FreeHost& host : hosts) host.avoided = slow_hosts_.Avoids(instance.number, host.id, now);
+  for (FreeHost& host : hosts) host.avoided = host.avoided || slow_hosts_.Avoids(instance.number, host.id, now);
   CutDecision cut = cut_links_.Look(instance, hosts, now);
   if (cut_links_.IsNews(instance.number, cut.stuck)) {
     records::Instance told = instance.record;

@@ -21,7 +21,8 @@ absl::StatusOr<v1::ListHostsResponse> ListHosts(const ClusterState& state, const
       response.set_next_page_token(PageToken(std::prev(it)->first));
       break;
     }
-    *response.add_hosts() = ViewOf(it->second);
+    v1::Host& view = *response.add_hosts() = ViewOf(it->second);
+    AddNotes(it->second, view);
   }
   return response;
 }
@@ -31,6 +32,7 @@ absl::StatusOr<v1::GetHostResponse> GetHost(const ClusterState& state, const v1:
   if (host == nullptr) return NoHost(request.name());
   v1::GetHostResponse response;
   *response.mutable_host() = ViewOf(*host);
+  AddNotes(*host, *response.mutable_host());
   for (const auto& [number, index] : host->workers) {
     const WorkerEntry& worker = state.instances().at(number).workers[index];
     if (worker.reported) *response.add_workers() = worker.report;

@@ -93,6 +93,12 @@ void FakeWorkers::Act(const v1::WorkerOrder& order, std::vector<v1::AgentMessage
   if (found == workers.end()) {
     if (order.stop()) return;
     found = workers.emplace(key, Start(order)).first;
+    if (no_ports) {
+      out.push_back(
+          Exited(found->second, false, 98, 0, "port in use: no three free ports in 7800-8799 after 16 tries"));
+      workers.erase(found);
+      return;
+    }
     if (exit_at_start.contains(order.region())) {
       out.push_back(Exited(found->second, true, 3, 0, "exited with code 3"));
       for (const char* line : {"one", "two", "three", "no such mesh"})
