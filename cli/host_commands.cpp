@@ -11,6 +11,7 @@
 #include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/contexts.h"
+#include "cli/host_steps.h"
 #include "cli/table.h"
 #include "local_cluster/connection.h"
 
@@ -26,10 +27,11 @@ struct HostOptions {
   bool force = false;
 };
 
-// Whoever speaks over the socket does not know at which address other machines reach the control plane.
+// Whoever speaks from its own machine does not know at which address other machines reach the control plane.
 std::string AddressForHosts(const Globals& globals) {
   std::string address = ControlOf(globals).address;
-  return address.starts_with("unix:") ? "<HOST:PORT of the control plane>" : address;
+  const bool local = address.starts_with("unix:") || address.starts_with("127.") || address.starts_with("localhost:");
+  return local ? "CONTROL:7700" : address;
 }
 
 std::string StateOf(const v1::Host& host) { return ShortName(v1::HostState_Name(host.state()), "HOST_STATE_"); }
@@ -44,7 +46,7 @@ TableRow HostRow(const v1::Host& host) {
           FormatAge(AgeSeconds(host.create_time()))};
 }
 
-// "beta: has had no free ports ...", a line each; empty: nothing is wrong with any of them.
+// "beta: advertises 127.0.0.1, ...", a line each; empty: nothing is wrong with any of them.
 std::string Notes(const google::protobuf::RepeatedPtrField<v1::Host>& hosts) {
   std::string out;
   for (const v1::Host& host : hosts) {
@@ -82,10 +84,7 @@ void Add(const Globals& globals, const HostOptions& options) {
   PrintChange(globals, "host", options.name, "added", options.dry_run, response);
   if (globals.format == Format::kTable && !options.dry_run) {
     std::cout << fmt::format("join token (shown once, good for {} h): {}\n", options.token_hours, response.join_token())
-              << fmt::format(
-                     "on that machine: TESSERA_JOIN_TOKEN=<token> tessera-agent --control {} --advertise-address <its "
-                     "address>\n",
-                     AddressForHosts(globals));
+              << HostSteps(AddressForHosts(globals));
   }
 }
 

@@ -39,6 +39,42 @@ TEST(HostTest, RefusesNamesThatAreNone) {
             absl::StatusCode::kAlreadyExists);
 }
 
+// Alone with the control plane it is fine; its workers have no links to those of another machine.
+TEST(HostTest, OneThatAdvertisesLoopbackIsWarnedOfOnceOthersAreElsewhere) {
+  ClusterHarness harness;
+  v1::AgentHello hello = ClusterHarness::Hello(4);
+  hello.set_advertise_address("127.0.0.1");
+  hello.set_join_token(harness.cluster().AddHost(harness.now, Add("alpha"))->join_token());
+  const auto admitted = harness.cluster().HandleHello(harness.now, hello);
+  ASSERT_TRUE(admitted.ok()) << admitted.status();
+  const auto warnings = [&] {
+    int count = 0;
+    for (const LogLine& line : harness.cluster().TakeEffects().log) {
+      if (line.text.find("host cannot be reached host=alpha: advertises 127.0.0.1") == std::string::npos) continue;
+      EXPECT_EQ(line.severity, Severity::kWarning);
+      ++count;
+    }
+    return count;
+  };
+  const auto notes = [&](int host) { return ListHosts(harness.cluster().state(), {})->hosts(host).notes(); };
+  EXPECT_EQ(warnings(), 0);
+  EXPECT_EQ(notes(0).size(), 0);
+  harness.AddHost("beta", 4);
+  EXPECT_EQ(warnings(), 1);
+  ASSERT_EQ(notes(0).size(), 1);
+  EXPECT_THAT(notes(0)[0], HasSubstr("--advertise-address"));
+  EXPECT_EQ(notes(1).size(), 0);
+  hello.clear_join_token();
+  hello.set_host_id(admitted->admitted.host_id());
+  hello.set_host_secret(admitted->admitted.host_secret());
+  ASSERT_TRUE(harness.cluster().HandleHello(harness.now, hello).ok());
+  EXPECT_EQ(warnings(), 1) << "each time that it attaches";
+  hello.set_advertise_address("10.0.0.2");
+  ASSERT_TRUE(harness.cluster().HandleHello(harness.now, hello).ok());
+  EXPECT_EQ(warnings(), 0);
+  EXPECT_EQ(notes(0).size(), 0);
+}
+
 TEST(HostTest, ADryRunMakesNothing) {
   ClusterHarness harness;
   v1::AddHostRequest request = Add("alpha");

@@ -60,6 +60,17 @@ absl::Status CheckSizes(const v1::AgentHello& hello) {
   return absl::OkStatus();
 }
 
+bool AtLoopback(const HostEntry& host) {
+  const std::string& address = host.record.advertise_address();
+  return address.starts_with("127.") || address == "localhost";
+}
+
+std::string LoopbackNote(const HostEntry& host) {
+  return absl::StrCat("advertises ", host.record.advertise_address(),
+                      ", where no other machine reaches it, so its regions get no links to those of other hosts: give "
+                      "its agent --advertise-address");
+}
+
 }  // namespace
 
 absl::Status CheckHello(const v1::AgentHello& hello) {
@@ -229,15 +240,27 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now, con
     if (absl::Status status = TakeSerial(host, shown_serial, next); !status.ok()) return status;
     if (!hello.certificate_request().empty()) admission.serial = NextHostSerial(shown_serial);
   }
+  const bool moved = next.advertise_address() != host.record.advertise_address();
   if (next.SerializeAsString() != host.record.SerializeAsString()) {
     if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;
   }
+  WarnOfLoopback(host, moved);
   admission.stream =
       state_.OpenStream(host, absl::AbortedError(absl::StrCat("another agent attached as ", host.record.id())));
   admission.admitted.set_host_id(host.record.id());
   admission.admitted.set_host_name(host.record.name());
   admission.admitted.set_heartbeat_interval_ms(static_cast<std::uint32_t>(settings_.heartbeat_interval.count()));
   return admission;
+}
+
+// Also of others, whom nobody warned of while the cluster was on one machine.
+void Hosts::WarnOfLoopback(const HostEntry& host, bool moved) {
+  if (!ReachesOtherMachines(state_)) return;
+  for (const auto& [number, other] : state_.hosts()) {
+    if (!AtLoopback(other) || (other.number != host.number && !moved)) continue;
+    state_.Log(absl::StrCat("host cannot be reached host=", other.record.name(), ": ", LoopbackNote(other)),
+               Severity::kWarning);
+  }
 }
 
 absl::Status Hosts::NoteModules(HostEntry& host, const v1::GameModuleList& modules) {
@@ -363,7 +386,15 @@ v1::Host ViewOf(const HostEntry& host) {
   return view;
 }
 
-void AddNotes(const HostEntry& host, v1::Host& view) {
+bool ReachesOtherMachines(const ClusterState& state) {
+  return std::any_of(state.hosts().begin(), state.hosts().end(), [](const auto& entry) {
+    const HostEntry& host = entry.second;
+    return !host.record.advertise_address().empty() && !AtLoopback(host);
+  });
+}
+
+void AddNotes(const HostEntry& host, bool reaches, v1::Host& view) {
+  if (reaches && AtLoopback(host)) view.add_notes(LoopbackNote(host));
   if (host.no_ports_until.count() == 0) return;
   google::protobuf::Timestamp since = ToTimestamp(host.no_ports_since);
   since.set_nanos(0);

@@ -64,6 +64,7 @@ class Hosts {
   absl::StatusOr<HostEntry*> Authenticate(const v1::AgentHello& hello, Now now);
   absl::Status TakeSerial(const HostEntry& host, const std::string& shown, records::Host& next);
   void Forgive(Steady span, Now now);
+  void WarnOfLoopback(const HostEntry& host, bool moved);
 
   ClusterState& state_;
   ControlSettings settings_;
@@ -82,8 +83,10 @@ v1::HostState StateOf(const HostEntry& host);
 std::uint32_t MaxRegionsOf(const HostEntry& host);
 std::uint32_t CapacityOf(const HostEntry& host);
 v1::Host ViewOf(const HostEntry& host);
-// Adds what is wrong with the host, for whoever lists it.
-void AddNotes(const HostEntry& host, v1::Host& view);
+// True if some host is reached by an address that is not of its own machine alone.
+bool ReachesOtherMachines(const ClusterState& state);
+// Adds what is wrong with the host, for whoever lists it. `reaches`: as ReachesOtherMachines.
+void AddNotes(const HostEntry& host, bool reaches, v1::Host& view);
 // UNAUTHENTICATED unless `serial` is of the newest certificate that the host has shown, or of a later one.
 absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial);
 // UNAUTHENTICATED unless the secret is that of the host.

@@ -16,13 +16,14 @@ absl::StatusOr<v1::ListHostsResponse> ListHosts(const ClusterState& state, const
   const auto page = ReadPage(request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   v1::ListHostsResponse response;
+  const bool reaches = ReachesOtherMachines(state);
   for (auto it = state.hosts().upper_bound(page->after); it != state.hosts().end(); ++it) {
     if (response.hosts_size() == page->size) {
       response.set_next_page_token(PageToken(std::prev(it)->first));
       break;
     }
     v1::Host& view = *response.add_hosts() = ViewOf(it->second);
-    AddNotes(it->second, view);
+    AddNotes(it->second, reaches, view);
   }
   return response;
 }
@@ -32,7 +33,7 @@ absl::StatusOr<v1::GetHostResponse> GetHost(const ClusterState& state, const v1:
   if (host == nullptr) return NoHost(request.name());
   v1::GetHostResponse response;
   *response.mutable_host() = ViewOf(*host);
-  AddNotes(*host, *response.mutable_host());
+  AddNotes(*host, ReachesOtherMachines(state), *response.mutable_host());
   for (const auto& [number, index] : host->workers) {
     const WorkerEntry& worker = state.instances().at(number).workers[index];
     if (worker.reported) *response.add_workers() = worker.report;
