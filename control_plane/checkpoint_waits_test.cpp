@@ -19,6 +19,7 @@
 #include "core/world/scene_io.h"
 #include "core/world/sha256.h"
 #include "host/temporary_folder.h"
+#include "telemetry/testing/captured_log.h"
 
 namespace tessera::control {
 namespace {
@@ -52,11 +53,12 @@ class HeldTarget final : public CheckpointTarget {
   void Remove(const std::string& /*instance*/, std::uint64_t /*tick*/) override {}
   void RemoveAll(const std::string& /*instance*/) override {}
   std::string DraftFolder() const override { return folder_.path(); }
-  absl::StatusOr<std::vector<std::string>> Instances() override { return std::vector<std::string>(); }
+  absl::StatusOr<std::vector<std::string>> Instances() override { return kept; }
 
   std::atomic<bool> held{false};
   std::atomic<int> puts{0};
-  absl::Status put_fault, read_fault;  // set them while nothing is under way
+  absl::Status put_fault, read_fault;                                          // set them while nothing is under way
+  absl::StatusOr<std::vector<std::string>> kept = std::vector<std::string>();  // set it before there is a control plane
 
  private:
   static std::string KeyOf(const std::string& instance, std::uint64_t tick, const std::string& file) {
@@ -218,6 +220,38 @@ TEST_F(CheckpointWaitsTest, ACheckpointThatCannotBeReadNowIsNotTakenForDamaged) 
   EXPECT_THAT(std::string(restored.status().message()), HasSubstr("no answer"));
   target_->read_fault = absl::DataLossError("has another checksum");
   EXPECT_EQ(plane_->RestoreInstance(request).status().code(), absl::StatusCode::kDataLoss);
+}
+
+// Their files stay: it may be the store that is too old.
+TEST_F(CheckpointWaitsTest, CheckpointsOfWorldsThatTheStoreDoesNotKnowAreNamedOnceAndCounted) {
+  const auto known = Import();
+  ASSERT_TRUE(known.ok()) << known.status();
+  EXPECT_EQ(plane_->stray_checkpoints(), 0U);
+  plane_.reset();
+  auto target = std::make_unique<HeldTarget>();
+  target->kept = {known->id(), "inst-70", "inst-71", "lost+found"};
+  const telemetry::CapturedLog log;
+  plane_ = LoadPlane(store_, {}, std::make_unique<CheckpointFiles>(std::move(target)));
+  const auto patience = std::chrono::steady_clock::now() + kPatience;
+  const auto warned = [&] { return log.LinesWith("checkpoints of worlds that the store does not know"); };
+  while (warned().empty() && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  EXPECT_EQ(plane_->stray_checkpoints(), 2U);
+  plane_.reset();  // nothing is said any more
+  ASSERT_EQ(warned().size(), 1U);
+  EXPECT_THAT(warned()[0], testing::AllOf(HasSubstr("warning "), HasSubstr("worlds=2: inst-70, inst-71;")));
+}
+
+TEST_F(CheckpointWaitsTest, ATargetThatCannotListIsSaidToHaveKeptQuiet) {
+  auto target = std::make_unique<HeldTarget>();
+  target->kept = absl::UnavailableError("no answer");
+  const telemetry::CapturedLog log;
+  MemoryStore store;
+  const auto plane = LoadPlane(store, {}, std::make_unique<CheckpointFiles>(std::move(target)));
+  const auto patience = std::chrono::steady_clock::now() + kPatience;
+  const auto warned = [&] { return log.LinesWith("checkpoints of unknown worlds are not looked for error=no answer"); };
+  while (warned().empty() && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  EXPECT_EQ(warned().size(), 1U);
+  EXPECT_EQ(plane->stray_checkpoints(), 0U);
 }
 
 }  // namespace

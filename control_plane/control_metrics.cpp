@@ -252,6 +252,11 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
                                      prometheus::MetricType::Gauge,
                                      {}};
   set_aside.metric.emplace_back().gauge.value = static_cast<double>(summary.records_set_aside);
+  prometheus::MetricFamily strays{"tessera_control_stray_checkpoints",
+                                  "worlds of which checkpoints are kept, and which the store did not know at the start",
+                                  prometheus::MetricType::Gauge,
+                                  {}};
+  strays.metric.emplace_back().gauge.value = static_cast<double>(summary.stray_checkpoints);
   prometheus::MetricFamily visuals{"tessera_control_visual_bytes",
                                    "bytes that files of meshes take in the store",
                                    prometheus::MetricType::Gauge,
@@ -275,8 +280,8 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = is_behind ? 1 : 0;
   }
-  std::vector<prometheus::MetricFamily> families{hosts,   instances, under_way, writes,  failures, failing,
-                                                 stopped, too_large, set_aside, visuals, clocks,   behind};
+  std::vector<prometheus::MetricFamily> families{hosts,   instances, under_way, writes, failures, failing,
+                                                 stopped, too_large, set_aside, strays, visuals,  clocks,  behind};
   AddHealth(summary.health, families);
   return families;
 }

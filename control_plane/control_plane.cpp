@@ -160,6 +160,7 @@ std::shared_ptr<const ClusterState> ControlPlane::picture() const {
 }
 
 void ControlPlane::RunFiles() {
+  if (files_) LookForStrayCheckpoints();
   Lock lock(mutex_);
   while (!stopping_) {
     files_wake_.wait_for(lock, kRoomInterval, [this] { return stopping_ || !pending_.empty(); });

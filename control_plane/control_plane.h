@@ -185,6 +185,10 @@ class ControlPlane {
   // meanwhile, or the store does not answer.
   absl::StatusOr<std::string> VisualPiece(const std::string& sha256, std::uint64_t at);
 
+  // Worlds of which checkpoints were kept, and which the store did not know, when this began; 0 before they were looked
+  // for. Their files stay.
+  std::size_t stray_checkpoints() const { return stray_checkpoints_; }
+
   // The durations of the failovers that ended since the last call.
   std::vector<std::chrono::nanoseconds> TakeFailovers();
 
@@ -228,6 +232,7 @@ class ControlPlane {
   void NoteTimer();
   void GiveLease(const AskedLeases::Asked& asked);
   std::shared_ptr<const ClusterState> picture() const;
+  void LookForStrayCheckpoints();
   // The thread of all that waits for files and that no call waits for: removals, restores, and a look at the room.
   void RunFiles();
   struct PendingWork {
@@ -310,7 +315,8 @@ class ControlPlane {
   std::multimap<std::string, Watch*> watches_;
   // Trouble and Alive read these without the lock: a lock that is never given back is a fault that they are to find.
   std::atomic<std::int64_t> last_timer_{0};  // Steady, in nanoseconds
-  mutable std::mutex kept_mutex_;            // guards what follows, up to the empty line; after mutex_
+  std::atomic<std::size_t> stray_checkpoints_{0};
+  mutable std::mutex kept_mutex_;  // guards what follows, up to the empty line; after mutex_
   std::string store_trouble_;
   std::shared_ptr<const ClusterState> picture_;  // while writes are slow: from before the last one
   std::shared_ptr<const KnownCallers> known_callers_;

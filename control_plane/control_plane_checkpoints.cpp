@@ -1,6 +1,8 @@
 // ControlPlane's part in checkpoints: the files, and the calls that wait for them.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "control_plane/bundle.h"
@@ -8,6 +10,8 @@
 #include "control_plane/control_plane.h"
 #include "control_plane/id_ranges.h"
 #include "control_plane/message_cost.h"
+#include "control_plane/one_line.h"
+#include "control_plane/stored_records.h"
 #include "core/world/partition_io.h"
 #include "core/world/sha256.h"
 
@@ -15,6 +19,8 @@ namespace tessera::control {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kNamedStrays = 20;  // worlds, in the log; the others are counted
 
 void AddFile(const char* name, const std::string& bytes, records::Manifest& manifest) {
   records::ManifestFile& file = *manifest.add_files();
@@ -304,6 +310,33 @@ absl::Status ControlPlane::KeepImported(const std::string& id, const BundleReade
   if (status.ok()) cluster_->NoteCheckpoint(ReadClocks(), id, bundle.manifest(), size);
   Publish();
   return status;
+}
+
+// Runs on the files' thread, without the lock. The target is asked first, so that a world made meanwhile is known. The
+// files stay: a store that is older than they are does not know all of its worlds.
+void ControlPlane::LookForStrayCheckpoints() {
+  auto strays = files_->Instances();
+  if (!strays.ok()) {
+    spdlog::warn("checkpoints of unknown worlds are not looked for error={}",
+                 OneLine(std::string(strays.status().message()), kMaxReasonBytes));
+    return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    const std::vector<std::string>& removed = pending_.forgotten;  // since this began; their files go next
+    std::erase_if(*strays, [&](const std::string& id) {
+      return NumberOf(id, kInstanceId) == 0 || cluster_->state().FindInstance(id) != nullptr ||
+             cluster_->state().IsSetAside(InstanceKey(NumberOf(id, kInstanceId))) ||
+             std::find(removed.begin(), removed.end(), id) != removed.end();
+    });
+  }
+  stray_checkpoints_ = strays->size();
+  if (strays->empty()) return;
+  const std::size_t worlds = strays->size();
+  strays->resize(std::min(worlds, kNamedStrays));
+  spdlog::warn(
+      "checkpoints of worlds that the store does not know worlds={}: {}{}; they stay until somebody removes them",
+      worlds, absl::StrJoin(*strays, ", "), worlds > kNamedStrays ? " and more" : "");
 }
 
 // Runs on the files' thread, without the lock.

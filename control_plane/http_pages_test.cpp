@@ -105,8 +105,9 @@ TEST_F(HttpPagesTest, NobodyJoinsOneThatBeganFromABackupBeforeItKnowsWhatRuns) {
             absl::StatusCode::kNotFound);
 }
 
-TEST(SummaryMetricsTest, AChangeThatWaitsForRoomIsANumber) {
+TEST(SummaryMetricsTest, WhatWaitsAndWhatIsLeftOverAreNumbers) {
   ClusterSummary summary;
+  summary.stray_checkpoints = 3;
   summary.health.resize(2);
   summary.health[0].id = "inst-1";
   summary.health[1].id = "inst-2";
@@ -116,6 +117,7 @@ TEST(SummaryMetricsTest, AChangeThatWaitsForRoomIsANumber) {
   for (const prometheus::MetricFamily& family : metrics.Collect()) {
     for (const prometheus::ClientMetric& metric : family.metric) values[family.name].push_back(metric.gauge.value);
   }
+  EXPECT_EQ(values["tessera_control_stray_checkpoints"], std::vector<double>{3});
   EXPECT_EQ(values["tessera_control_change_waits"], (std::vector<double>{0, 1}));
 }
 

@@ -123,6 +123,26 @@ TEST_F(ProgramTest, ABackupThatIsNotThereIsNamedAndNothingIsMade) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/state"));
 }
 
+TEST_F(ProgramTest, CheckpointsOfWorldsThatItDoesNotKnowAreNamedCountedAndKept) {
+  const std::string state = folder_.path() + "/state", stray = state + "/checkpoints/inst-3/1200";
+  for (const bool first : {true, false}) {
+    const auto program = Start(Arguments());
+    if (!first) {
+      program->WaitForText("checkpoints of worlds that the store does not know worlds=1: inst-3;");
+      EXPECT_TRUE(std::filesystem::exists(stray));
+    }
+    const auto channel = grpc::CreateChannel(Ready().at("socket"), grpc::InsecureChannelCredentials());
+    v1::AddHostRequest add;
+    add.set_name("alpha");  // else the store is empty
+    v1::AddHostResponse added;
+    grpc::ClientContext adding;
+    EXPECT_EQ(v1::HostService::NewStub(channel)->AddHost(&adding, add, &added).ok(), first);
+    program->Signal(SIGTERM);
+    EXPECT_TRUE(program->Wait().Clean());
+    std::filesystem::create_directories(stray);
+  }
+}
+
 TEST_F(ProgramTest, WrongUsageIsStatusTwo) {
   const auto no_folder = Start({});
   EXPECT_EQ(no_folder->Wait().code, 2);

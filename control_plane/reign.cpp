@@ -122,6 +122,7 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
             return summary;
           });
           if (made) last = *std::move(made);
+          last.stray_checkpoints = plane.stray_checkpoints();
         });
         return last;
       },

@@ -68,6 +68,7 @@ struct ClusterSummary {
   bool checkpoints_stopped = false;                    // there is no room for them
   int over_checkpoint_quota = 0;                       // instances whose last one was too large
   std::size_t records_set_aside = 0;                   // that cannot be read
+  std::size_t stray_checkpoints = 0;  // worlds that the store does not know, and of which checkpoints are kept
   std::uint64_t failed_writes = 0;
   std::uint64_t visual_bytes = 0;  // that files of meshes take
 };
