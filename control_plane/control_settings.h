@@ -90,6 +90,11 @@ inline constexpr std::chrono::milliseconds kStandbyPatience{5000}, kCutKept{60'0
 // neighbours without a link, until the world is DEGRADED for it. Shorter, and a busy machine degrades worlds that are
 // well; longer, and a world that stands still is called RUNNING.
 inline constexpr std::chrono::milliseconds kStillAfter{2000}, kCutAfter{5000};
+// The same of a region of which no step is known since this control plane began, from its first look at the world: a
+// region may have stood before that, so two timers later than this RUNNING would be false for 2 s. Shorter, and an
+// ordinary restart, after which agents attach within a second or so and report twice in another half, degrades worlds
+// that are well.
+inline constexpr std::chrono::milliseconds kNotKnownAfter{1700};
 // Wait after a change that could not be made, for want of room or because a newcomer died.
 inline constexpr std::chrono::milliseconds kChangeRetry{5000};
 // How long a planned map that all know waits, in all its tries together, for a newcomer's links to its neighbours,

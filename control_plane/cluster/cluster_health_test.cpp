@@ -107,6 +107,7 @@ TEST_F(ClusterHealthTest, AWorldThatStartsSaysWhomItWaitsForAndSinceWhen) {
 
 TEST_F(ClusterHealthTest, ARegionOfWhichNothingIsHeardIsNotKnownToStepBeforeItsHostIsLost) {
   const std::string id = Start(harness_, 1);
+  harness_.Run(seconds(1));
   FakeHost& agent = harness_.AgentOf(id, 1);
   agent.silent = true;
   harness_.Run(seconds(3));
@@ -114,6 +115,32 @@ TEST_F(ClusterHealthTest, ARegionOfWhichNothingIsHeardIsNotKnownToStepBeforeItsH
   EXPECT_EQ(harness_.Get(id).reason(), "no steps are known of region 1");
   harness_.Run(seconds(3));
   EXPECT_THAT(harness_.Get(id).reason(), HasSubstr(" is silent: region 1"));
+}
+
+TEST_F(ClusterHealthTest, ARestartUnderAWorldThatIsWellDegradesNothing) {
+  const std::string id = Start(harness_, 4);
+  for (auto& [name, agent] : harness_.agents) agent.silent = true;
+  harness_.Restart();
+  harness_.Run(milliseconds(1250));
+  for (auto& [name, agent] : harness_.agents) agent.silent = false;
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness_.Get(id).reason();
+    harness_.Run(milliseconds(250));
+  }
+  EXPECT_TRUE(harness_.Get(id).events().empty());
+}
+
+TEST_F(ClusterHealthTest, ARestartUnderAWorldThatStandsSaysSoWithinTwoSeconds) {
+  const std::string id = Start(harness_, 4);
+  harness_.AgentOf(id, 2).fake.still = {1, 2, 3, 4};
+  harness_.Restart();
+  harness_.Run(milliseconds(2000));
+  EXPECT_EQ(harness_.Get(id).state(), v1::INSTANCE_STATE_DEGRADED) << "though its reports came at once";
+  EXPECT_THAT(harness_.Get(id).reason(), HasSubstr("not known to step yet: region"));
+  EXPECT_EQ(Health().still_regions, 0U) << "an alert is for what lasts";
+  harness_.Run(milliseconds(750));
+  EXPECT_GT(Health().still_regions, 0U);
+  EXPECT_EQ(EventsWith(id, "degraded: not known to step yet: region"), 1U);
 }
 
 TEST_F(ClusterHealthTest, ADeathThatCannotBeStoredIsNotCalledRunning) {

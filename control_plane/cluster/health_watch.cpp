@@ -30,20 +30,38 @@ bool Linked(const WorkerEntry& worker, std::uint32_t other) {
 }
 
 // A slow world steps seldom.
-Steady StillAfter(const records::Instance& record) {
+Steady AtLeastASlowStep(const records::Instance& record, Steady patience) {
   const double pace = PaceOf(record);
-  if (pace <= 0) return kStillAfter;
-  return std::max<Steady>(kStillAfter, std::chrono::duration_cast<Steady>(std::chrono::duration<double>(2.5 / pace)));
+  if (pace <= 0) return patience;
+  return std::max(patience, std::chrono::duration_cast<Steady>(std::chrono::duration<double>(2.5 / pace)));
+}
+
+// The region's newest tick that was reported since this control plane began; 0: none. Agents attach one by one, so its
+// standby may show it first: what a copy gains was stepped.
+std::uint64_t ReportedTick(const InstanceEntry& instance, const WorkerEntry& worker) {
+  if (worker.reported) return worker.report.tick();
+  std::uint64_t tick = 0;
+  for (const WorkerEntry& other : instance.workers) {
+    for (const v1::StandbyStatus& copy : other.report.standby_copies()) {
+      if (copy.region() != worker.region || copy.incarnation() != worker.incarnation) continue;
+      tick = std::max(tick, copy.tick());
+    }
+  }
+  return tick;
+}
+
+std::string RegionsText(const std::vector<std::uint32_t>& regions) {
+  return absl::StrCat("region", regions.size() == 1 ? " " : "s ", absl::StrJoin(regions, ", "));
 }
 
 }  // namespace
 
 std::string HealthFaults::Text() const {
   std::vector<std::string> texts;
-  if (!still.empty()) {
-    texts.push_back(
-        absl::StrCat("no steps are known of region", still.size() == 1 ? " " : "s ", absl::StrJoin(still, ", ")));
-  }
+  std::vector<std::uint32_t> stopped = still;
+  std::erase_if(stopped, [this](std::uint32_t region) { return std::ranges::find(unknown, region) != unknown.end(); });
+  if (!unknown.empty()) texts.push_back(absl::StrCat("not known to step yet: ", RegionsText(unknown)));
+  if (!stopped.empty()) texts.push_back(absl::StrCat("no steps are known of ", RegionsText(stopped)));
   for (const CutLink& link : cut) {
     texts.push_back(absl::StrCat("regions ", link.one, " and ", link.other, " have no link"));
   }
@@ -103,9 +121,15 @@ void HealthWatch::LookAtRegion(const InstanceEntry& instance, std::size_t index,
   const WorkerEntry& worker = instance.workers[index];
   // All stand still for a failover, which is reported by itself, and in a pause.
   const bool may_stand = record.has_failover() || IsPaused(record) || worker.report.world_paused();
-  if (worker.report.tick() != region.tick || may_stand) region.stepped_at = now.steady;
-  region.tick = worker.report.tick();
-  if (now.steady - region.stepped_at > StillAfter(record)) faults.still.push_back(worker.region);
+  const std::uint64_t tick = ReportedTick(instance, worker);
+  // The first tick that is reported may have been made long ago.
+  const bool steps = region.tick != 0 && tick != region.tick;
+  region.stepped = region.stepped || steps;
+  region.tick = tick;
+  if (steps || may_stand) region.stepped_at = now.steady;
+  const Steady still = now.steady - region.stepped_at;
+  if (!region.stepped && still >= AtLeastASlowStep(record, kNotKnownAfter)) faults.unknown.push_back(worker.region);
+  if (still > AtLeastASlowStep(record, kStillAfter)) faults.still.push_back(worker.region);
   if (!worker.reported) return;  // nothing else is known of it
 
   const std::uint32_t standby = StandbyOf(record, worker.region);

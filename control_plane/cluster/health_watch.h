@@ -1,8 +1,9 @@
 // HealthWatch: faults of a running instance that only time shows.
 //
 //   uncovered   a region whose standby has had no whole copy of it, or that has no standby, for kStandbyPatience
-//   still       a region that has not made a step, or is not known to, for kStillAfter; also one of which nothing was
-//               heard since this control plane began
+//   still       a region that has not made a step, or is not known to, for kStillAfter
+//   unknown     a region of which no step is known for kNotKnownAfter and none was since this control plane began: two
+//               reports have to show it, its worker's, or its standby's while its agent has not been heard
 //   cut         two neighbours without a link for kCutAfter
 //
 // A world of one region has no standby by its nature, and is not uncovered. Faults of hosts that are lost, and of
@@ -26,7 +27,8 @@ namespace tessera::control {
 
 struct HealthFaults {
   std::vector<std::string> uncovered;  // "region 2 on alpha: its standby, region 3 on beta, has no whole copy"
-  std::vector<std::uint32_t> still;    // regions
+  std::vector<std::uint32_t> still;    // regions, also those that stay unknown
+  std::vector<std::uint32_t> unknown;  // regions
   std::vector<CutLink> cut;
 
   // One line of all; empty in good health.
@@ -42,8 +44,9 @@ class HealthWatch {
 
  private:
   struct Region {
-    std::uint64_t tick = 0;
-    Steady stepped_at{0};       // when the tick was first seen
+    std::uint64_t tick = 0;     // 0: nobody has reported any
+    bool stepped = false;       // another tick than the first one was reported
+    Steady stepped_at{0};       // when the tick was first seen, or the first look while none is known
     Steady uncovered_since{0};  // 0: it is covered
   };
   struct Watched {

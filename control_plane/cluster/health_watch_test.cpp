@@ -32,6 +32,13 @@ class HealthWatchTest : public ::testing::Test {
     }
     return faults;
   }
+  // As after a restart of the control plane, before the region's agent attaches.
+  void Unheard(std::uint32_t region) {
+    WorkerEntry& worker = StateRig::WorkerOf(instance_, region);
+    worker.reported = false;
+    worker.report.Clear();
+    still_.insert(region);
+  }
   void Change(const std::function<void(records::Instance&)>& change) {
     records::Instance next = instance_.record;
     change(next);
@@ -48,15 +55,38 @@ class HealthWatchTest : public ::testing::Test {
 TEST_F(HealthWatchTest, AWorldInGoodHealthHasNoFaults) { EXPECT_EQ(Pass(seconds(20)).Text(), ""); }
 
 TEST_F(HealthWatchTest, ARegionOfWhichNothingWasHeardSinceTheStartIsNotKnownToStep) {
-  WorkerEntry& worker = instance_.workers[1];
-  worker.reported = false;
-  worker.report.Clear();
-  still_ = {2};
-  EXPECT_EQ(Pass(milliseconds(2000)).Text(), "") << "agents dial again within seconds";
-  EXPECT_EQ(Pass(milliseconds(200)).Text(), "no steps are known of region 2");
-  EXPECT_EQ(Pass(seconds(10)).still.size(), 1u) << "and that is all that is said of it";
+  Unheard(2);
+  EXPECT_EQ(Pass(milliseconds(1700)).Text(), "") << "agents dial again within a second or two";
+  EXPECT_EQ(Pass(milliseconds(100)).Text(), "not known to step yet: region 2") << "before RUNNING is false for 2 s";
+  EXPECT_THAT(Pass(milliseconds(200)).still, IsEmpty()) << "no event for who attaches late";
+  const HealthFaults faults = Pass(seconds(10));
+  EXPECT_THAT(faults.still, ElementsAre(2));
+  EXPECT_THAT(faults.unknown, ElementsAre(2)) << "and that is all that is said of it";
   beta_.lost = true;
   EXPECT_THAT(Pass(milliseconds(100)).still, IsEmpty()) << "then its host is silent, which is told elsewhere";
+}
+
+TEST_F(HealthWatchTest, OneReportOfARegionShowsNoStep) {
+  const WorkerEntry heard = instance_.workers[1];
+  Unheard(2);
+  EXPECT_EQ(Pass(milliseconds(1500)).Text(), "");
+  instance_.workers[1] = heard;
+  EXPECT_EQ(Pass(milliseconds(300)).Text(), "not known to step yet: region 2") << "it may have stood before";
+  still_ = {};
+  EXPECT_EQ(Pass(milliseconds(100)).Text(), "");
+  still_ = {2};
+  EXPECT_EQ(Pass(milliseconds(2200)).Text(), "no steps are known of region 2") << "from now on it is one that stopped";
+}
+
+TEST_F(HealthWatchTest, WhatItsStandbyGainsWasSteppedByARegionThatIsNotHeardYet) {
+  Unheard(2);
+  v1::StandbyStatus& copy = *instance_.workers[0].report.mutable_standby_copies(0);
+  for (int i = 0; i < 30; ++i) {
+    copy.set_tick(copy.tick() + 6);
+    EXPECT_EQ(Pass(milliseconds(100)).Text(), "") << i;
+  }
+  copy.set_incarnation(99);
+  EXPECT_THAT(Pass(milliseconds(2200)).still, ElementsAre(2)) << "that is another life's";
 }
 
 TEST_F(HealthWatchTest, AStandbyWithoutAWholeCopyIsNamedAfterItsPatience) {
@@ -91,6 +121,7 @@ TEST_F(HealthWatchTest, AWorldOfOneRegionHasNoneByItsNature) {
 }
 
 TEST_F(HealthWatchTest, ARegionThatDoesNotStepIsStillWithinTwoSeconds) {
+  EXPECT_EQ(Pass(milliseconds(300)).Text(), "");
   still_ = {2};
   EXPECT_THAT(Pass(seconds(2)).still, IsEmpty());
   EXPECT_EQ(Pass(milliseconds(200)).Text(), "no steps are known of region 2");

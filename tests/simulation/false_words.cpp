@@ -55,7 +55,7 @@ void FalseWords::Look(Micros now, std::span<const RegionId> world, std::span<con
   silent_.Note(words.empty(), span);
   for (const Word& word : words) {
     Speaker& speaker = speakers_[word.reign];
-    if (speaker.running.Note(word.said == Said::kRunning && !all_step_ && word.heard, span, bounds_.at_most)) {
+    if (speaker.running.Note(word.said == Said::kRunning && !all_step_, span, bounds_.at_most)) {
       ++lies_;
       Problem(now, absl::StrCat("RUNNING is said for ", InSeconds(speaker.running.now), ", region ", which.value(),
                                 " stands since ", InSeconds(stands->at)));

@@ -9,13 +9,11 @@
 //   EXPECT_THAT(words.lies(), IsEmpty());
 //
 // Lies:
-//   RUNNING    is said of a world of which a region has made no step for `no_step`, for longer than `at_most` on end,
-//   by
-//              one that has heard of it
+//   RUNNING    is said of a world of which a region has made no step for `no_step`, for longer than `at_most` on end
 //   DEGRADED   is said of one that steps, by a control plane that can see so, for longer than `at_most` on end
 //   over       is said of one that nobody ended
-// Each reign has that time for itself: whoever begins to lead has first to hear. While a control plane answers nobody
-// it says nothing, true or false, and its time stands.
+// Each reign has that time for itself: whoever begins to lead has first to hear, and no longer for that. While a
+// control plane answers nobody it says nothing, true or false, and its time stands.
 //
 // Two owners: once a later life of a region has stepped an earlier one never does, and the later one begins no further
 // back than a death may set it. So a world that was set back by a backup is two owners as well. Lost: a change that was
@@ -42,8 +40,7 @@ enum class Said : std::uint8_t { kOther, kRunning, kDegraded, kOver };
 struct Word {
   std::uint64_t reign = 0;  // another number whenever one begins to lead, or goes on after it was stopped
   Said said = Said::kOther;
-  bool sees = true;   // nothing keeps it from seeing that the world steps, and nothing else is amiss with the world
-  bool heard = true;  // it has heard of the world since it began; RUNNING is no lie of it before
+  bool sees = true;  // nothing keeps it from seeing that the world steps, and nothing else is amiss with the world
 };
 
 struct WordBounds {

@@ -75,13 +75,6 @@ TEST_F(FalseWordsTest, EachReignHasItsOwnTimeAndASilentOneNone) {
   EXPECT_EQ(words_.lies(), 1U);
 }
 
-TEST_F(FalseWordsTest, WhoHasHeardNothingYetIsNotHeldToRunning) {
-  Pass(Milliseconds(5000), false, {{.reign = 1, .said = Said::kRunning, .heard = false}});
-  EXPECT_EQ(words_.lies(), 0U);
-  Pass(Milliseconds(2020), false, {{.reign = 1, .said = Said::kRunning}});
-  EXPECT_EQ(words_.lies(), 1U);
-}
-
 TEST_F(FalseWordsTest, OneOfTwoWhoSpeakMayLie) {
   Pass(Milliseconds(6000), false, {{.reign = 1, .said = Said::kRunning}, {.reign = 2, .said = Said::kDegraded}});
   EXPECT_EQ(words_.lies(), 1U);

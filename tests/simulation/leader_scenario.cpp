@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <map>
 #include <memory>
 #include <set>
 #include <utility>
@@ -23,7 +22,6 @@ constexpr Micros kLostAtMost = Milliseconds(6000);        // beyond etcd's patie
 constexpr Micros kBetweenChanges = Milliseconds(250);     // that are asked for
 constexpr Micros kLeaderPatience = Milliseconds(20'000);  // in the end
 constexpr Micros kRelapse = Milliseconds(3000);           // after a fault, in which a leader may still speak of it
-constexpr Micros kUntilLost = Milliseconds(5100);         // as control::ControlSettings has it, and a timer's interval
 constexpr std::uint32_t kMostLeaderRegions = 5;
 
 bool OneAtATime(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderCutFromHosts; }
@@ -53,7 +51,6 @@ class LeaderRunner {
   std::set<std::string> Changes() const;
   bool HearsAllHosts(const SimulatedControl& control);
   bool Sees(const SimulatedControl& control);
-  bool HasHeard(const SimulatedControl& control);
   void Conclude(LeaderOutcome& outcome);
 
   const LeaderScenario& scenario_;
@@ -67,11 +64,6 @@ class LeaderRunner {
   bool restored_ = false;
   std::uint64_t asked_ = 0;
   Micros ask_at_ = 0, amiss_at_ = 0;
-  struct Hearing {
-    Micros begun = 0;
-    std::set<std::uint32_t> hosts;
-  };
-  std::map<std::pair<std::uint32_t, std::uint64_t>, Hearing> hearing_;  // by control plane and life
 };
 
 std::shared_ptr<const Scene> SceneOf(const LeaderScenario& scenario) {
@@ -81,7 +73,6 @@ std::shared_ptr<const Scene> SceneOf(const LeaderScenario& scenario) {
 LeaderRunner::LeaderRunner(const LeaderScenario& scenario)
     : scenario_(scenario), deployment_(SceneOf(scenario), scenario.options), watch_(deployment_, kLeaderBounds) {
   watch_.sees = [this](const SimulatedControl& control) { return Sees(control); };
-  watch_.has_heard = [this](const SimulatedControl& control) { return HasHeard(control); };
 }
 
 // --- What is asked of the control planes, and what they can know.
@@ -135,17 +126,6 @@ bool LeaderRunner::Sees(const SimulatedControl& control) {
   for (const SimulatedWorker* worker : deployment_.Workers()) well = well && worker->Protected();
   if (!well) amiss_at_ = now;
   return now - amiss_at_ > kRelapse;
-}
-
-// A known fault of the product: who begins to lead says RUNNING of worlds of which no host has told it anything yet. It
-// lasts until all hosts have attached, or are lost.
-bool LeaderRunner::HasHeard(const SimulatedControl& control) {
-  const Micros now = deployment_.timeline().now();
-  Hearing& hearing = hearing_.try_emplace({control.number(), control.life()}, Hearing{now, {}}).first->second;
-  for (std::uint32_t host = 1; host <= scenario_.options.hosts; ++host) {
-    if (deployment_.HostAt(host).attached_to() == control.number()) hearing.hosts.insert(host);
-  }
-  return hearing.hosts.size() == scenario_.options.hosts || now - hearing.begun > kUntilLost;
 }
 
 // --- Faults.

@@ -24,7 +24,7 @@ struct LedWorld : DeployedWorld {
   explicit LedWorld(std::uint64_t seed = 1, std::uint32_t controls = 3)
       : DeployedWorld({.seed = seed, .hosts = 3, .regions = 3, .controls = controls}, MomentOf(seed), 30),
         watch(deployment, kLeaderBounds) {
-    watch.sees = watch.has_heard = [this](const SimulatedControl& control) { return IsHeardBy(control); };
+    watch.sees = [this](const SimulatedControl& control) { return IsHeardBy(control); };
   }
   SimulatedControl& leader() { return deployment.control(); }
   // Another one than `before` leads, and has heard all hosts.
@@ -212,6 +212,20 @@ TEST_F(LeaderTest, AWriteWhoseAnswerIsLostIsAcknowledgedOnceItIsKnownOrNeverAndC
   EXPECT_TRUE(run.Knows("found-out"));
   EXPECT_TRUE(run.Knows("never-known")) << "nobody was told, and it may be there";
   run.ExpectTruth();
+}
+
+// A machine is cut off while nobody leads, so whoever is elected never hears of it.
+TEST_F(LeaderTest, AReignThatBeginsWithoutAHostSaysSoWithinTwoSeconds) {
+  LedWorld run;
+  SimulatedControl& first = run.leader();
+  first.Kill();
+  run.deployment.Cut(run.deployment.Find(RegionId(2))->place(), true);
+  ASSERT_TRUE(run.watch.RunUntil(kPatience, [&] { return run.leader().answers(); }));
+  run.watch.RunFor(Milliseconds(6000));
+  EXPECT_THAT(run.watch.words().problems(), IsEmpty());
+  run.deployment.network().ClearCuts();
+  run.watch.RunFor(Milliseconds(6000));
+  EXPECT_THAT(run.watch.words().problems(), IsEmpty());
 }
 
 TEST_F(LeaderTest, AnOldBackupUnderSeveralControlPlanesEndsNothingAndSetsNothingBack) {

@@ -55,8 +55,7 @@ void WorldWatch::Look() {
     led = led || LeadsIndeed(*control);
     if (!control->answers()) continue;
     const std::uint64_t reign = std::uint64_t{control->number()} << kReignBits | control->life();
-    words.push_back(
-        {.reign = reign, .said = deployment_.SaidBy(*control), .sees = sees(*control), .heard = has_heard(*control)});
+    words.push_back({.reign = reign, .said = deployment_.SaidBy(*control), .sees = sees(*control)});
   }
   words_.Look(now, Regions(), words);
   if (led && !led_) leader_gaps_.push_back(now - leaderless_since_);

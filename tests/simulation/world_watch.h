@@ -39,8 +39,6 @@ class WorldWatch {
   // Whether this control plane can know that the world steps, and nothing else is amiss with it: else DEGRADED is no
   // lie. By itself it always can.
   std::function<bool(const SimulatedControl&)> sees = [](const SimulatedControl&) { return true; };
-  // Whether it has heard of the world since it began to lead. By itself it always has.
-  std::function<bool(const SimulatedControl&)> has_heard = [](const SimulatedControl&) { return true; };
 
   FalseWords& words() { return words_; }
   // Each time without anybody who leads, runs and reaches the store, from beginning to end.
