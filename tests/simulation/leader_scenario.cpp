@@ -24,8 +24,13 @@ constexpr Micros kLeaderPatience = Milliseconds(20'000);  // in the end
 constexpr Micros kRelapse = Milliseconds(3000);           // after a fault, in which a leader may still speak of it
 constexpr std::uint32_t kMostLeaderRegions = 5;
 
-bool OneAtATime(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderCutFromHosts; }
-bool TakesARegion(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderCutOffWithHost; }
+constexpr std::uint64_t kKindsWithoutClocks = static_cast<std::uint64_t>(LeaderFaultKind::kLeaderClockMoved);
+constexpr double kClockAtMost_h = 48;
+constexpr double kClockMoves = 0.25;  // share of the seeds in which one does
+
+bool MovesAClock(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderClockMoved; }
+bool OneAtATime(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderCutFromHosts && !MovesAClock(kind); }
+bool TakesARegion(LeaderFaultKind kind) { return kind >= LeaderFaultKind::kLeaderCutOffWithHost && !MovesAClock(kind); }
 
 void StartAgain(SimulatedControl& control) {
   if (!control.running()) control.Start();
@@ -41,6 +46,7 @@ class LeaderRunner {
   bool BeginAtControls(const LeaderFault& fault);
   bool BeginAtStore(const LeaderFault& fault);
   bool BeginBetween(const LeaderFault& fault);
+  bool MoveClock(const LeaderFault& fault);
   bool BeginAtWorld(const LeaderFault& fault);
   bool Safe(const LeaderFault& fault);
   void AtEnd(Micros lasts, std::function<void()> action);
@@ -148,6 +154,7 @@ bool LeaderRunner::Safe(const LeaderFault& fault) {
 
 // False: there is nobody whom it could strike.
 bool LeaderRunner::Begin(const LeaderFault& fault) {
+  if (MovesAClock(fault.kind)) return MoveClock(fault);
   if (fault.kind <= LeaderFaultKind::kFollowerKilled) return BeginAtControls(fault);
   if (fault.kind <= LeaderFaultKind::kOldBackup) return BeginAtStore(fault);
   if (fault.kind <= LeaderFaultKind::kScale || fault.kind >= LeaderFaultKind::kWorkerDies) return BeginAtWorld(fault);
@@ -177,6 +184,20 @@ bool LeaderRunner::BeginAtControls(const LeaderFault& fault) {
   }
   network.Cut(leader->node(), kStoreNode, true);
   AtEnd(2 * fault.lasts, [&network, leader] { network.Cut(leader->node(), kStoreNode, false); });
+  return true;
+}
+
+// One hour to two days, either way. A machine's clock outlives what runs there.
+bool LeaderRunner::MoveClock(const LeaderFault& fault) {
+  SimulatedControl* control = &deployment_.control();
+  if (fault.kind == LeaderFaultKind::kFollowerClockMoved) {
+    const auto& controls = deployment_.controls();
+    control = controls[(control->number() + fault.whom % (controls.size() - 1)) % controls.size()].get();
+  }
+  const double share = 2 * fault.strength - 1;
+  const int hours = static_cast<int>(share * (kClockAtMost_h - 1)) + (share < 0 ? -1 : 1);
+  control->MoveClock(std::chrono::hours(hours));
+  AtEnd(fault.lasts, [control, hours] { control->MoveClock(std::chrono::hours(-hours)); });
   return true;
 }
 
@@ -352,6 +373,22 @@ void LeaderRunner::Conclude(LeaderOutcome& outcome) {
   outcome.hash = deployment_.hash();
 }
 
+// From numbers of its own and between the other faults, so that a seed has those that it had before there was this one.
+void DrawClock(LeaderScenario& scenario) {
+  Chance chance(scenario.seed ^ 0xc10c);
+  if (!chance.Happens(kClockMoves)) return;
+  const std::size_t at = chance.Below(scenario.faults.size());
+  LeaderFault& next = scenario.faults[at];
+  LeaderFault fault;
+  fault.kind = chance.Happens(0.5) ? LeaderFaultKind::kLeaderClockMoved : LeaderFaultKind::kFollowerClockMoved;
+  fault.after = chance.Below(next.after + 1);
+  fault.lasts = kShortestFault + chance.Below(kLongestFault - kShortestFault);
+  fault.whom = static_cast<std::uint32_t>(chance.Below(1000));
+  fault.strength = chance.Unit();
+  next.after -= fault.after;
+  scenario.faults.insert(scenario.faults.begin() + static_cast<std::ptrdiff_t>(at), fault);
+}
+
 }  // namespace
 
 LeaderScenario DrawLeaders(std::uint64_t seed) {
@@ -366,12 +403,13 @@ LeaderScenario DrawLeaders(std::uint64_t seed) {
   const std::uint64_t faults = 2 + chance.Below(4);
   for (std::uint64_t i = 0; i < faults; ++i) {
     LeaderFault& fault = scenario.faults.emplace_back();
-    fault.kind = static_cast<LeaderFaultKind>(chance.Below(kLeaderFaultKinds));
+    fault.kind = static_cast<LeaderFaultKind>(chance.Below(kKindsWithoutClocks));
     fault.after = chance.Happens(0.3) ? chance.Below(Milliseconds(20)) : chance.Below(Milliseconds(2000));
     fault.lasts = kShortestFault + chance.Below(kLongestFault - kShortestFault);
     fault.whom = static_cast<std::uint32_t>(chance.Below(1000));
     fault.strength = chance.Unit();
   }
+  DrawClock(scenario);
   return scenario;
 }
 

@@ -43,9 +43,12 @@ enum class LeaderFaultKind : std::uint8_t {
   kRevokedAndCutOff,      // the same, and its lease is revoked early at that moment
   kWorkerDies,
   kHostCrashes,
-  kHostCutOff
+  kHostCutOff,
+  // Wall clocks of control planes' hosts, by hours and back.
+  kLeaderClockMoved,
+  kFollowerClockMoved
 };
-inline constexpr std::size_t kLeaderFaultKinds = 21;
+inline constexpr std::size_t kLeaderFaultKinds = 23;
 inline constexpr std::array<const char*, kLeaderFaultKinds> kLeaderFaultNames = {"leader killed",
                                                                                  "leader stopped",
                                                                                  "leader cut from store",
@@ -66,7 +69,9 @@ inline constexpr std::array<const char*, kLeaderFaultKinds> kLeaderFaultNames = 
                                                                                  "the same, lease revoked early",
                                                                                  "worker dies",
                                                                                  "host crashes",
-                                                                                 "host cut off"};
+                                                                                 "host cut off",
+                                                                                 "leader clock moved",
+                                                                                 "follower clock moved"};
 
 using LeaderFault = DrawnFault<LeaderFaultKind>;
 

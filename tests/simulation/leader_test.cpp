@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -228,6 +229,35 @@ TEST_F(LeaderTest, AReignThatBeginsWithoutAHostSaysSoWithinTwoSeconds) {
   EXPECT_THAT(run.watch.words().problems(), IsEmpty());
 }
 
+// All of them, one forward and the others back, while one leads and while the next one carries on a death.
+TEST_F(LeaderTest, WallClocksThatAreMovedByHoursEndNoReignAndNoLife) {
+  for (const int by : {30, -30}) {
+    SCOPED_TRACE(by);
+    LedWorld run;
+    SimulatedControl& first = run.leader();
+    const auto move = [&](int hours) {
+      for (const auto& control : run.deployment.controls()) {
+        control->MoveClock(std::chrono::hours(control.get() == &first ? hours : -hours));
+      }
+    };
+    ASSERT_TRUE(run.Acknowledges(first, "kept"));
+    move(by);
+    run.watch.RunFor(Milliseconds(6000));
+    EXPECT_TRUE(first.leads());
+    EXPECT_THAT(run.watch.leader_gaps(), IsEmpty());
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U) << run.deployment.Standing();
+    first.Kill();
+    ASSERT_TRUE(run.AwaitNext(first)) << run.deployment.Standing();
+    run.deployment.Kill(RegionId(2));
+    run.watch.RunFor(Milliseconds(100));
+    move(-2 * by);
+    run.watch.RunFor(Milliseconds(3000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+    EXPECT_TRUE(run.Knows("kept"));
+    run.ExpectTruth();
+  }
+}
+
 TEST_F(LeaderTest, AnOldBackupUnderSeveralControlPlanesEndsNothingAndSetsNothingBack) {
   LedWorld run;
   const std::string backup = run.deployment.store().Backup();
@@ -256,6 +286,14 @@ TEST_F(LeaderTest, DrawnFaultsOfLeadersAndStoresMakeNobodyLieAndLoseNothing) {
   }
   EXPECT_GT(acknowledged, 20 * kSeeds);
   EXPECT_GT(elections, 0U);
+}
+
+TEST_F(LeaderTest, EachKindOfFaultIsDrawn) {
+  std::set<LeaderFaultKind> kinds;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    for (const LeaderFault& fault : DrawLeaders(seed).faults) kinds.insert(fault.kind);
+  }
+  EXPECT_EQ(kinds.size(), kLeaderFaultKinds);
 }
 
 // Each of these worlds was given up for a standby that was only silent: its agent was dead, or could not be heard.
