@@ -43,7 +43,11 @@ Falsehood Add(const std::vector<ClaimRecord>& claims, const std::function<std::s
       stretch = 0;
       continue;
     }
-    if (stretch == 0) result.told.push_back(told);
+    if (stretch == 0) {
+      result.told.push_back(told);
+      result.stretches.push_back({claims[i].asked, claims[i].asked});
+    }
+    result.stretches.back().to = claims[i + 1].asked;
     const double span = claims[i + 1].asked - claims[i].asked;
     stretch += span;
     result.total_s += span;
@@ -54,11 +58,23 @@ Falsehood Add(const std::vector<ClaimRecord>& claims, const std::function<std::s
 
 }  // namespace
 
-std::vector<std::string> LostChanges(const std::vector<ChangeRecord>& changes, const std::set<std::string>& found) {
+double Falsehood::Between(double from, double to) const {
+  double sum = 0;
+  for (const Stall& stretch : stretches) {
+    sum += std::max(0.0, std::min(stretch.to, to) - std::max(stretch.from, from));
+  }
+  return sum;
+}
+
+std::vector<std::string> LostChanges(const std::vector<ChangeRecord>& changes, const std::set<std::string>& found,
+                                     const std::vector<Setback>& setbacks) {
   std::map<std::string, const ChangeRecord*> last;
   for (const ChangeRecord& change : changes) {
+    const bool set_back = std::ranges::any_of(setbacks, [&](const Setback& setback) {
+      return setback.from <= change.answered && change.asked <= setback.to;
+    });
     // One that was not acknowledged may have taken effect: after it either is right.
-    last[change.name] = change.acknowledged ? &change : nullptr;
+    last[change.name] = change.acknowledged && !set_back ? &change : nullptr;
   }
   std::vector<std::string> lost;
   for (const auto& [name, change] : last) {

@@ -58,10 +58,18 @@ struct History {
   std::vector<ClaimRecord> claims;  // in their order
   std::vector<WriteRecord> writes;  // in their order
   double until = 0;                 // the end of all
+  double late_s = 0;                // the longest time by which a sleep of a witness took longer than it should have
 };
 
-// `found`: the names that the cluster knows in the end. One line for each change that it should know and does not.
-std::vector<std::string> LostChanges(const std::vector<ChangeRecord>& changes, const std::set<std::string>& found);
+// All control planes ended at `to`, and one began from a backup that was begun at `from`.
+struct Setback {
+  double from = 0, to = 0;
+};
+
+// `found`: the names that the cluster knows in the end. One line for each change that it should know and does not. No
+// backup knows of a change that was acknowledged after it was begun: of these either is right after a setback.
+std::vector<std::string> LostChanges(const std::vector<ChangeRecord>& changes, const std::set<std::string>& found,
+                                     const std::vector<Setback>& setbacks = {});
 
 // One line for each write by a leader after another one was elected.
 std::vector<std::string> TwoWriters(const std::vector<WriteRecord>& writes);
@@ -82,6 +90,10 @@ struct Falsehood {
   double total_s = 0;    // all in all
   double longest_s = 0;  // at a stretch
   std::vector<std::string> told;
+  std::vector<Stall> stretches;  // as many as are told: when each was said
+
+  // The part of the total that was said between these times.
+  double Between(double from, double to) const;
 };
 // RUNNING was said while a region of the map stood still.
 Falsehood FalseRunning(const std::vector<ClaimRecord>& claims, const Stalls& stalls);

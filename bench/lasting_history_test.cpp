@@ -30,6 +30,23 @@ TEST(LastingHistoryTest, ARemovalWithoutAnAnswerMayHaveHappened) {
   EXPECT_THAT(LostChanges(changes, {"w"}), IsEmpty());
 }
 
+TEST(LastingHistoryTest, ABackupKnowsWhatWasAcknowledgedBeforeIt) {
+  // Each change was asked for at 1 s and acknowledged at 2 s.
+  const std::vector<ChangeRecord> changes{Change("kept", true, true), Change("lost", true, true)};
+  EXPECT_THAT(LostChanges(changes, {"kept"}, {{.from = 3, .to = 9}}), ElementsAre(HasSubstr("the addition of lost")));
+  EXPECT_THAT(LostChanges(changes, {"kept"}, {{.from = 1.5, .to = 9}}), IsEmpty());
+  EXPECT_THAT(LostChanges(changes, {"kept"}, {{.from = 0.1, .to = 0.5}}), SizeIs(1)) << "it came after the backup did";
+}
+
+TEST(LastingHistoryTest, WhatAChangeOfBeforeABackupDidMayBeBack) {
+  std::vector<ChangeRecord> changes{Change("w", true, true), Change("w", false, true)};
+  changes.back().asked = 4;
+  changes.back().answered = 5;
+  EXPECT_THAT(LostChanges(changes, {"w"}), SizeIs(1));
+  EXPECT_THAT(LostChanges(changes, {"w"}, {{.from = 3, .to = 9}}), IsEmpty());
+  EXPECT_THAT(LostChanges(changes, {}, {{.from = 3, .to = 9}}), IsEmpty());
+}
+
 TEST(LastingHistoryTest, ADeposedLeaderMustNotWrite) {
   EXPECT_THAT(TwoWriters({{11, 10}, {12, 10}, {21, 20}, {22, 20}}), IsEmpty());
   EXPECT_THAT(TwoWriters({{11, 10}, {21, 20}, {22, 10}}), ElementsAre(HasSubstr("revision 22 is of leader 10")));
@@ -89,6 +106,9 @@ TEST(LastingHistoryTest, RunningWhileARegionStandsStillIsALie) {
   EXPECT_DOUBLE_EQ(lies.total_s, 2);  // 10.5 to 11.5, 12 to 13
   EXPECT_DOUBLE_EQ(lies.longest_s, 1);
   EXPECT_THAT(lies.told, SizeIs(2));
+  EXPECT_DOUBLE_EQ(lies.Between(0, 20), lies.total_s);
+  EXPECT_DOUBLE_EQ(lies.Between(11, 12.25), 0.75);  // 11 to 11.5, 12 to 12.25
+  EXPECT_DOUBLE_EQ(lies.Between(14, 20), 0);
 }
 
 TEST(LastingHistoryTest, DegradedWhileAllStepIsToldUnlessAStandbyIsMissing) {
