@@ -277,19 +277,19 @@ int Agent::Run() {
     loop_->RunAt(Clock::now() + kFoundPatience, [this] { StartSession(); });
   }
   LookAfterCertificate();
+  LookAfterContents();
   Settle();
   loop_->Run();
-  LookAfterContents();
   return exit_code_;
 }
 
-void Agent::StartSession() {
-  if (std::exchange(session_started_, true) || finishing_) return;
 void Agent::LookAfterContents() {
   loop_->RunAt(Clock::now() + kContentLook, [this] { LookAfterContents(); });
   contents_.RemoveUnnamed(supervisor_.NamedContents(), Clock::now());
 }
 
+void Agent::StartSession() {
+  if (std::exchange(session_started_, true) || finishing_) return;
   for (const WorkerKey& key : found_) spdlog::warn("worker found but not attached worker={}", LogValue(key.ToString()));
   session_->Start();
 }

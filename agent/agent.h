@@ -74,8 +74,8 @@ class Agent {
   bool CertificateIsDue() const;
   void AskWhereCertificateIsDue();  // with the next hello
   void LookAfterCertificate();      // now, and from then on by a timer
-  void NoteRenewal(const v1::Admitted& admitted, const absl::Status& kept);
   void LookAfterContents();         // likewise
+  void NoteRenewal(const v1::Admitted& admitted, const absl::Status& kept);
   void TellCertificate();
 
   v1::AgentHello Hello() const;

@@ -154,8 +154,8 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
     needs_whole_ = true;
     return outcome("ignored: its players are changes of an order that is not here");
   }
-  if (!TakeOrder(key, worker, order, now)) return outcome("unchanged", false);
   const std::string before = NotablePart(worker.order);
+  if (!TakeOrder(key, worker, order, now)) return outcome("unchanged", false);
   if (order.stop()) {
     BeginStop(key, worker, now);
     return outcome("stopping");
@@ -207,7 +207,6 @@ void Supervisor::Ask(const Content& content, KeptContent& kept) {
   if (!std::exchange(kept.asked, true)) actions_.push_back(FetchContent{content});
 }
 
-void Supervisor::ContentReady(const Content& content, const std::string& path) {
 void Supervisor::ForgetUnnamed() {
   std::erase_if(contents_, [this](const auto& entry) {
     return std::none_of(workers_.begin(), workers_.end(),
@@ -227,6 +226,7 @@ std::set<Content> Supervisor::NamedContents() {
   return named;
 }
 
+void Supervisor::ContentReady(const Content& content, const std::string& path) {
   const auto wanted = contents_.find(content);
   if (wanted == contents_.end()) return;
   wanted->second = {path};

@@ -69,8 +69,8 @@ struct SignalWorker {
 struct SendOrder {
   WorkerKey key;
   v1::WorkerOrder order;
-};
   bool notable = true;  // as OrderOutcome::changed
+};
 struct KeepOrder {  // as the control plane gave it, for the agent after this one (Adopt)
   WorkerKey key;
   v1::WorkerOrder order;
@@ -181,12 +181,12 @@ class Supervisor {
     std::optional<v1::WorkerOrder> order;      // as the control plane gave it, with all its players
     std::optional<v1::WorkerOrder> old_order;  // to the agent before this one
     std::string sent;                          // the last order, serialised, without players
+    std::string notable;                       // NotablePart of the last order that was sent
     bool takes_changes = false;                // its orders may name players by what changed
     std::optional<v1::WorkerOrder> unsent;  // players since the last order that was sent; none: it knows none of them
     std::optional<TimePoint> keep_at;       // the order is written to the disk again
     std::optional<TimePoint> deadline;      // to attach, or to end
     Stopping stopping = Stopping::kNo;
-    std::string notable;                       // NotablePart of the last order that was sent
     bool attached = false, ever_attached = false;
     int port_attempts = 0;
     std::string state_path;           // holds the state to begin with; empty: not here yet
@@ -205,8 +205,8 @@ class Supervisor {
   bool Spawn(const WorkerKey& key, Worker& worker);
   void WantContents(const v1::WorkerOrder& order);
   void Ask(const Content& content, KeptContent& kept);
-  std::string PathOf(const Content& content, const Worker& worker) const;
   void ForgetUnnamed();
+  std::string PathOf(const Content& content, const Worker& worker) const;
   bool SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order);
   std::string StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const;
   bool TakeOrder(const WorkerKey& key, Worker& worker, const v1::WorkerOrder& order, TimePoint now);
@@ -233,11 +233,11 @@ class Supervisor {
   std::vector<Action> actions_;
 };
 
-// OK, or INVALID_ARGUMENT that names the field: an order's texts become file names and arguments.
-absl::Status CheckOrder(const v1::WorkerOrder& order);
-
-}  // namespace tessera::agent
 // All of an order that an operator cares about, as bytes that differ where that does: what it belongs to, that the
 // worker is to run or to stop, the map, a failover. Empty: there is no order.
 std::string NotablePart(const std::optional<v1::WorkerOrder>& order);
 
+// OK, or INVALID_ARGUMENT that names the field: an order's texts become file names and arguments.
+absl::Status CheckOrder(const v1::WorkerOrder& order);
+
+}  // namespace tessera::agent
