@@ -108,6 +108,8 @@ absl::Status Agent::Prepare() {
                                                 *std::move(token), *tls);
   if (!server.ok()) return server.status();
   metrics_server_ = *std::move(server);
+  disk_metrics_ = std::make_shared<telemetry::DiskMetrics>(options_.state_dir);
+  metrics_server_->AddCollectable(disk_metrics_);
   if (absl::Status status = host::MakePrivateFolder(state_->StatesPath()); !status.ok()) return status;
   supervisor_.SetStateFolder(state_->StatesPath());
   WatchModules();

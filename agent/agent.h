@@ -34,6 +34,7 @@
 #include "agent/worker_socket.h"
 #include "host/cgroup.h"
 #include "host/process.h"
+#include "telemetry/disk_metrics.h"
 #include "telemetry/log_throttle.h"
 #include "telemetry/metrics_server.h"
 
@@ -144,6 +145,7 @@ class Agent {
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;
   std::map<WorkerKey, v1::InventoryReport> inventories_;  // answers in failovers not known to be resolved
+  std::shared_ptr<telemetry::DiskMetrics> disk_metrics_;
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;
   std::unique_ptr<WorkerSocket> socket_;
   std::unique_ptr<ControlSession> session_;

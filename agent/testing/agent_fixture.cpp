@@ -43,7 +43,8 @@ AgentFixture::~AgentFixture() {
   }
 }
 
-std::unique_ptr<host::WatchedProgram> AgentFixture::StartAgent(const std::vector<std::string>& extra) {
+std::unique_ptr<host::WatchedProgram> AgentFixture::StartAgent(const std::vector<std::string>& extra,
+                                                               const std::vector<std::string>& around) {
   const std::string bin = TESSERA_BINARY_DIR;
   const std::vector<std::pair<std::string, std::string>> usual = {
       {"--control", control_.address()},
@@ -51,7 +52,8 @@ std::unique_ptr<host::WatchedProgram> AgentFixture::StartAgent(const std::vector
       {"--metrics-listen", "127.0.0.1:0"},
       {"--port-range", port_range_},
       {"--region-binary", bin + "/tests/agent_fake_worker"}};
-  std::vector<std::string> argv{bin + "/bin/tessera-agent"};
+  std::vector<std::string> argv = around;
+  argv.push_back(bin + "/bin/tessera-agent");
   for (const auto& [flag, value] : usual) {
     if (std::find(extra.begin(), extra.end(), flag) == extra.end()) argv.insert(argv.end(), {flag, value});
   }
@@ -59,10 +61,11 @@ std::unique_ptr<host::WatchedProgram> AgentFixture::StartAgent(const std::vector
   return std::make_unique<host::WatchedProgram>(argv);
 }
 
-std::unique_ptr<host::WatchedProgram> AgentFixture::StartAdmitted(const std::vector<std::string>& extra) {
+std::unique_ptr<host::WatchedProgram> AgentFixture::StartAdmitted(const std::vector<std::string>& extra,
+                                                                  const std::vector<std::string>& around) {
   std::vector<std::string> flags{"--join-token", "good-token"};
   flags.insert(flags.end(), extra.begin(), extra.end());
-  auto agent = StartAgent(flags);
+  auto agent = StartAgent(flags, around);
   EXPECT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.streams == 1; })) << agent->Output();
   return agent;
 }

@@ -20,9 +20,12 @@ class AgentFixture : public ::testing::Test {
   ~AgentFixture() override;
 
   // The agent on this test's state folder, on ports of its own; a flag in `extra` replaces the fixture's.
-  std::unique_ptr<host::WatchedProgram> StartAgent(const std::vector<std::string>& extra = {});
-  std::unique_ptr<host::WatchedProgram> StartAdmitted(
-      const std::vector<std::string>& extra = {});  // with the token, admitted
+  // `around`: a command that runs it in its place, as env does.
+  std::unique_ptr<host::WatchedProgram> StartAgent(const std::vector<std::string>& extra = {},
+                                                   const std::vector<std::string>& around = {});
+  // With the token, admitted.
+  std::unique_ptr<host::WatchedProgram> StartAdmitted(const std::vector<std::string>& extra = {},
+                                                      const std::vector<std::string>& around = {});
   void SetMode(int region, const std::string& mode);
 
   // An order for the test's scene, revision `revision`.
