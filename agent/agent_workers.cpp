@@ -301,7 +301,7 @@ void Agent::Do(const ReportExit& action) {
 }
 
 void Agent::Save() {
-  if (!supervisor_.TakeDirty() && !finishing_) return;
+  if (!supervisor_.TakeDirty(Clock::now()) && !finishing_) return;
   const absl::Status saved = state_->SaveWorkers(supervisor_.State(boot_id_));
   metrics_.SetStateFailing(!saved.ok());
   if (!saved.ok()) spdlog::error("cannot save: {}", std::string(saved.message()));

@@ -103,6 +103,11 @@ inline constexpr std::uint64_t kLeastWorkerMemory_mb = 4096, kMostDefaultMemory_
 // missing where agent and control plane are both lost; shorter, and a world of ten thousand is written more often.
 inline constexpr std::chrono::milliseconds kKeepPlayersInterval{1000};
 
+// Ticks of workers are written to the disk so often at most, beside what is written for a change of theirs. After all
+// machines of a cluster lost power nothing else says how far its worlds were: longer, and more of the time that was
+// lost is not counted; shorter, and a host with many workers writes all day.
+inline constexpr Duration kKeepTicksInterval = std::chrono::seconds(5);
+
 // Connections to the socket of workers: of one process, which dials anew before the old one is given up, and in all.
 // Beyond, they are closed unread: a worker that was taken over would exhaust this program's descriptors.
 inline constexpr std::size_t kConnectionsOfAProcess = 8, kConnectionsOfAll = 4096;

@@ -88,6 +88,7 @@ void Supervisor::AdoptGone(const WorkerRecord& record, const std::string& reason
   v1::WorkerExited exited;
   *exited.mutable_identity() = record.identity();
   exited.set_started(true);
+  exited.set_newest_tick(record.report().tick());
   exited.set_reason(reason);
   exited.mutable_last_log_lines()->Add(last_lines.begin(), last_lines.end());
   NoteDeathInGame(exited);
@@ -351,6 +352,7 @@ void Supervisor::Ended(const WorkerKey& key, const host::ExitStatus& status, std
   v1::WorkerExited exited;
   *exited.mutable_identity() = worker.record.identity();
   exited.set_started(worker.ever_attached);
+  exited.set_newest_tick(worker.report.tick());
   exited.set_exit_code(status.code);
   exited.set_signal(status.signal);
   exited.mutable_last_log_lines()->Add(last_lines.begin(), last_lines.end());
@@ -402,6 +404,7 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
     return Kill(key, worker, absl::StrCat("killed: a report of ", bytes, " bytes, at most ", kMaxReportBytes));
   }
   const bool differs = DiffersInState(worker.report, report);
+  if (worker.report.tick() != report.tick()) ticks_moved_ = true;
   worker.report = report;
   *worker.report.mutable_identity() = worker.record.identity();
   actions_.push_back(ForwardReport{worker.report});

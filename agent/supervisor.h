@@ -5,7 +5,7 @@
 //
 //   supervisor.Desired(set, now);
 //   for (const Action& action : supervisor.TakeActions()) Do(action);   // SpawnWorker -> Spawned or SpawnFailed
-//   if (supervisor.TakeDirty()) Save(supervisor.State(boot_id));        // workers.json
+//   if (supervisor.TakeDirty(now)) Save(supervisor.State(boot_id));     // workers.json
 //
 // Promises. A worker that is wanted and was never started here is started once; after its end the same incarnation is
 // never started again, but its exit is kept, and sent to each control plane that the agent attaches to, until the
@@ -171,7 +171,8 @@ class Supervisor {
   std::vector<Action> TakeActions() { return std::exchange(actions_, {}); }
   // An order named players by what changed since one that is not here: a new stream begins with a whole one.
   bool TakeNeedsWhole() { return std::exchange(needs_whole_, false); }
-  bool TakeDirty() { return std::exchange(dirty_, false); }
+  // True: State is to be saved, for it differs in what the next agent needs, or ticks in it are old.
+  bool TakeDirty(TimePoint now);
 
  private:
   enum class Stopping { kNo, kOrdered, kTerminated, kKilled };
@@ -228,6 +229,8 @@ class Supervisor {
   std::map<std::string, std::string> next_failures_;  // why a game that is to be next did not come, by hash
   std::uint64_t desired_revision_ = 0;
   bool stopping_all_ = false, dirty_ = false, needs_whole_ = false;
+  bool ticks_moved_ = false;  // since State was saved last
+  TimePoint saved_at_;
   RevokedLives revoked_;
   std::string state_folder_, module_folder_;
   std::vector<Action> actions_;

@@ -161,14 +161,46 @@ TEST_F(SupervisorTest, SpawnErrorIsReported) {
   EXPECT_TRUE(supervisor_.Empty());
 }
 
+// All that is known of a world after its machines and those of the control plane lost power.
+TEST_F(SupervisorTest, TicksAreKeptNowAndThenAndToldOfWorkersThatAreGone) {
+  Want({Order(1)});
+  Attach(1);
+  v1::WorkerReport report = Report(1, v1::WORKER_PHASE_RUNNING);
+  report.set_tick(10);
+  supervisor_.Reported(Key(1), report);
+  Carry();
+  EXPECT_TRUE(supervisor_.TakeDirty(now_));
+  int saves = 0;
+  for (int i = 0; i < 600; ++i) {
+    now_ += std::chrono::milliseconds(100);
+    report.set_tick(report.tick() + 6);
+    supervisor_.Reported(Key(1), report);
+    saves += supervisor_.TakeDirty(now_) ? 1 : 0;
+  }
+  EXPECT_EQ(saves, 12) << "a minute";
+  now_ += kKeepTicksInterval;
+  EXPECT_FALSE(supervisor_.TakeDirty(now_)) << "the world stands";
+
+  const WorkersFile file = supervisor_.State("boot");
+  Supervisor next(PortRange(7800, 8799), [](std::uint16_t) { return true; });
+  next.AdoptGone(file.workers(0), "ended with the host", {});
+  ASSERT_EQ(next.Exits().size(), 1U);
+  EXPECT_EQ(next.Exits()[0].newest_tick(), 3610U);
+  Supervisor later(PortRange(7800, 8799), [](std::uint16_t) { return true; });
+  later.AdoptExit(next.State("boot").exits(0));
+  EXPECT_EQ(later.Exits()[0].newest_tick(), 3610U);
+  End(1, {.known = true, .signal = SIGKILL});
+  EXPECT_EQ(exits_.back().newest_tick(), 3610U);
+}
+
 TEST_F(SupervisorTest, NextLifeAdoptsWhatLivesAndTellsWhatEnded) {
   Want({Order(1), Order(2), Order(3)});
   Attach(1);
   v1::WorkerReport running = Report(1, v1::WORKER_PHASE_RUNNING);
   running.mutable_address()->set_game_port(7800);
-  supervisor_.TakeDirty();
+  supervisor_.TakeDirty(now_);
   supervisor_.Reported(Key(1), running);
-  EXPECT_TRUE(supervisor_.TakeDirty());
+  EXPECT_TRUE(supervisor_.TakeDirty(now_));
   End(3, {.known = true, .code = 4});
   const WorkersFile file = supervisor_.State("boot");
   ASSERT_EQ(file.workers_size(), 2);

@@ -37,4 +37,11 @@ WorkersFile Supervisor::State(const std::string& boot_id) const {
   return file;
 }
 
+bool Supervisor::TakeDirty(TimePoint now) {
+  if (!dirty_ && !(ticks_moved_ && now - saved_at_ >= kKeepTicksInterval)) return false;
+  dirty_ = ticks_moved_ = false;
+  saved_at_ = now;
+  return true;
+}
+
 }  // namespace tessera::agent

@@ -394,13 +394,20 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   if (!placed.ok()) return placed.status();
   if (validate_only) return ViewOf(*state_, *instance);
   records::Instance next = checkpoints_.Restored(*instance, manifest, placed->placed, now);
+  const bool time_lost =
+      next.lost_ticks() != instance->record.lost_ticks() || instance->newest_tick == 0 || instance->newest_tick_is_kept;
   SetRelease(placed->release, now, next);
   if (IsFinal(state)) {
     if (absl::Status status = state_->ReuseContents(next, contents); !status.ok()) return status;
   }
   if (absl::Status status = state_->StoreInstance(*instance, next, contents); !status.ok()) return status;
+  if (time_lost && !instance->restore_wanted.empty()) {  // else somebody asked for it, and knows
+    state_->Log(absl::StrCat("time lost id=", id, ": ", instance->record.reason()), Severity::kError);
+  }
   instances_.Restarted(*instance, now);
   checkpoints_.Restarted(*instance);
+  instance->newest_tick = manifest.tick();
+  instance->newest_tick_is_kept = false;
   properties_.Forget(instance->number);  // they were for the world before
   game_events_.NoteRestore(*instance, now);
   failovers_.Forget(instance->number);

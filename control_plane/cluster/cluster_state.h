@@ -119,9 +119,10 @@ struct InstanceEntry {
   std::vector<WorkerEntry> workers;  // as record.placements
   std::uint64_t connections = 0;     // grows when others are connected to its workers
 
-  // Written by WorkerReports; the newest tick that any worker reported since the world last began, also of workers that
-  // are gone.
+  // Written by WorkerReports, and by Cluster for a restore; the newest tick that any worker reported since the world
+  // last began, also of workers that are gone, or the one that it began with; 0: not known.
   std::uint64_t newest_tick = 0;
+  bool newest_tick_is_kept = false;  // no worker told it, but an agent had kept it: there may have been later ones
 
   // Written by Instances.
   std::string degraded;                        // why; empty in good health

@@ -325,7 +325,9 @@ records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, c
   records::Instance next = RestoredFrom(instance.record, manifest, placed);
   const std::uint64_t newest = NewestTick(instance), lost = newest > manifest.tick() ? newest - manifest.tick() : 0;
   next.set_lost_ticks(next.lost_ticks() + lost);
-  std::string text = absl::StrCat("restored from the checkpoint of tick ", manifest.tick(), ", ", lost, " ticks lost");
+  const bool at_least = newest == 0 || instance.newest_tick_is_kept;
+  std::string text = absl::StrCat("restored from the checkpoint of tick ", manifest.tick(), ", ",
+                                  at_least ? "at least " : "", lost, " ticks lost");
   if (instance.restore_wanted.empty()) {
     next.clear_restores();
   } else {
@@ -343,7 +345,6 @@ records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, c
 }
 
 void InstanceCheckpoints::Restarted(InstanceEntry& instance) {
-  instance.newest_tick = 0;
   Work& work = work_[instance.number];
   work.restore_before = 0;
   instance.restore_wanted.clear();

@@ -268,8 +268,25 @@ TEST_F(CheckpointsTest, AWorldThatIsLostFailsWithoutACheckpointAndIsRestoredWith
   instance_.newest_tick = tick + 60;
   EXPECT_EQ(checkpoints_.Restored(instance_, manifest, placed, rig_.now).lost_ticks(), 60U)
       << "told by a worker whose entry begins anew";
+  instance_.newest_tick_is_kept = true;
+  EXPECT_THAT(checkpoints_.Restored(instance_, manifest, placed, rig_.now).reason(),
+              HasSubstr("at least 60 ticks lost"))
+      << "its agent had that, and it may have gone on";
   checkpoints_.Restarted(instance_);
-  EXPECT_EQ(instance_.newest_tick, 0U);
+  EXPECT_EQ(instance_.newest_tick, tick + 60) << "it may have failed, and be restored later";
+}
+
+TEST_F(CheckpointsTest, WhereNobodyKnowsHowFarTheWorldWasItSaysAtLeast) {
+  records::Manifest manifest;
+  manifest.set_tick(Make());
+  PlacementPlan placed;
+  placed.map = instance_.map;
+  for (const MapRegion& region : instance_.map.regions()) placed.regions.push_back({region.id, alpha_.record.id()});
+  for (WorkerEntry& worker : instance_.workers) worker.report.clear_tick();
+  instance_.newest_tick = 0;
+  const records::Instance next = checkpoints_.Restored(instance_, manifest, placed, rig_.now);
+  EXPECT_EQ(next.lost_ticks(), 0U);
+  EXPECT_THAT(next.reason(), HasSubstr("at least 0 ticks lost"));
 }
 
 }  // namespace

@@ -72,6 +72,12 @@ IdRanges RemovedBy(const v1::WorkerReport& report) {
   return ranges;
 }
 
+void NoteTick(InstanceEntry& instance, std::uint64_t tick, bool kept) {
+  if (tick <= instance.newest_tick) return;
+  instance.newest_tick = tick;
+  instance.newest_tick_is_kept = kept;
+}
+
 }  // namespace
 
 std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, const v1::WorkerReport& report,
@@ -93,7 +99,7 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   worker->reported = true;
   worker->reported_at = now.steady;
   worker->missed = 0;
-  instance->newest_tick = std::max(instance->newest_tick, report.tick());
+  NoteTick(*instance, report.tick(), false);
   state_.NoteRevision(report.order_revision());
   StoreTakenOut(*instance, report);
   Certify(*instance, *worker, was_bound, host);
@@ -170,6 +176,7 @@ void WorkerReports::NoticeAbsent(HostEntry& host, const ReportList& reports,
 bool WorkerReports::TakeExit(const HostEntry& host, const v1::WorkerExited& exited, InstanceNumbers& touched) {
   const auto [instance, worker] = FindWorker(state_, host, exited.identity());
   if (instance == nullptr) return false;
+  NoteTick(*instance, exited.newest_tick(), true);
   if (worker->gone) return true;
   const bool wanted = WantsWorkers(instance->record.state());
   const std::string what = wanted ? DescribeExit(exited, worker->report) : "";

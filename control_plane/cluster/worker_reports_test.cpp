@@ -62,6 +62,29 @@ TEST_F(WorkerReportsTest, TheNewestTickIsKeptWhenTheWorkerThatToldItIsGone) {
   EXPECT_EQ(instance_.newest_tick, 184U);
 }
 
+// The control plane may have begun anew with all workers gone; then it is all that is known.
+TEST_F(WorkerReportsTest, ATickThatAnAgentHadKeptCountsWhereNoWorkerToldANewerOne) {
+  const auto end = [&](std::uint32_t region, std::uint64_t tick) {
+    v1::WorkerExited exited;
+    *exited.mutable_identity() = ReportOf(region).identity();
+    exited.set_started(true);
+    exited.set_newest_tick(tick);
+    InstanceNumbers touched;
+    EXPECT_TRUE(reports_.TakeExit(alpha_, exited, touched));
+  };
+  v1::WorkerReport report = ReportOf(2);
+  report.set_tick(184);
+  Take(report);
+  end(1, 150);
+  EXPECT_EQ(instance_.newest_tick, 184U);
+  EXPECT_FALSE(instance_.newest_tick_is_kept);
+  end(2, 190);
+  EXPECT_EQ(instance_.newest_tick, 190U);
+  EXPECT_TRUE(instance_.newest_tick_is_kept);
+  end(1, 200);
+  EXPECT_EQ(instance_.newest_tick, 200U) << "also of one that was known to be gone";
+}
+
 TEST_F(WorkerReportsTest, MessagesAboutOthersWorkersAreIgnored) {
   v1::WorkerReport report = ReportOf(1);
   report.mutable_identity()->set_incarnation(99);

@@ -247,7 +247,7 @@ void SimulatedHost::Settle() {
   for (auto actions = supervisor_->TakeActions(); !actions.empty(); actions = supervisor_->TakeActions()) {
     for (const agent::Action& action : actions) std::visit([this](const auto& what) { Do(what); }, action);
   }
-  if (supervisor_->TakeDirty()) saved_ = supervisor_->State(absl::StrCat(boot_));
+  if (supervisor_->TakeDirty(around_.Now())) saved_ = supervisor_->State(absl::StrCat(boot_));
 }
 
 void SimulatedHost::Do(const agent::SpawnWorker& action) {
