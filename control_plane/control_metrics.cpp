@@ -280,8 +280,8 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
     metric.label.push_back({"host", name});
     metric.gauge.value = is_behind ? 1 : 0;
   }
-  std::vector<prometheus::MetricFamily> families{hosts,   instances, under_way, writes, failures, failing,
-                                                 stopped, too_large, set_aside, strays, visuals,  clocks,  behind};
+  std::vector<prometheus::MetricFamily> families{hosts,     instances, under_way, writes,  failures, failing, stopped,
+                                                 too_large, set_aside, strays,    visuals, clocks,   behind};
   AddHealth(summary.health, families);
   return families;
 }

@@ -12,7 +12,7 @@
 namespace tessera::control {
 namespace {
 
-constexpr std::size_t kMostNamedRegions = 4;  // of each kind, in an event
+constexpr std::size_t kMostNamedRegions = 4;  // for each kind, in an event
 
 // "region 5 on beta has begun" of those in `here` and not in `there`; the others beyond a few are counted.
 void AddMissing(const Layout& here, const Layout& there, const char* what, std::vector<std::string>& said) {

@@ -12,7 +12,7 @@
 
 namespace tessera::control {
 
-// Who runs what: regions with the names of their hosts, and their cells.
+// Regions with the names of their hosts, and their cells.
 struct Layout {
   std::map<std::uint32_t, std::string> hosts;
   v1::PartitionMap map;

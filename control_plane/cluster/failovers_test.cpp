@@ -150,7 +150,7 @@ TEST_F(FailoversTest, ItsEventSaysHowLongTheWorldStoodFromTheLastSignOfTheDeadOn
 
 // Nobody led when the worker died: its neighbours alone know since when they have stood.
 TEST_F(FailoversTest, OfADeathInAnEarlierLifeTheRegionsSayHowLongTheWorldStood) {
-  SetGaps(50'000);  // of an earlier failover
+  SetGaps(50'000);  // by an earlier failover
   WorkerEntry& dead = StateRig::WorkerOf(instance_, 3);
   dead.reported_at = dead.witnessed_at = Steady(0);
   CarryOn3();

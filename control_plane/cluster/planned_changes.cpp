@@ -278,7 +278,7 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
   return *std::move(planned);
 }
 
-// What waits is shown for as long as it does; the event and the line in the log come once.
+// A change that waits is shown for as long as it does; the event and the line in the log come once.
 std::optional<records::Instance> PlannedChanges::NoteNoRoom(InstanceEntry& instance, std::span<const RegionFacts> facts,
                                                             const absl::Status& why, Now now) {
   if (!absl::IsResourceExhausted(why)) {

@@ -87,7 +87,7 @@ class PlannedChanges {
     std::map<std::uint64_t, WorkerLoad> workers;  // by incarnation
     Steady unlinked{0};                           // how long the plan under way has waited for links of newcomers
     Steady unlinked_at{0};                        // when that was last seen; 0: it does not wait for any now
-    std::optional<Layout> before;                 // who ran what when the change under way began; none: not known
+    std::optional<Layout> before;  // as the regions were run when the change under way began; none: not known
   };
 
   std::optional<records::Instance> NextTerms(const InstanceEntry& instance, Now now);

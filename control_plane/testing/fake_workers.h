@@ -33,7 +33,7 @@ class FakeWorkers {
 
   // A test sets these to make the workers misbehave.
   std::set<std::uint32_t> exit_at_start;                  // regions whose workers end at once
-  bool no_ports = false;                                  // who is to start finds no free ports
+  bool no_ports = false;                                  // a worker that is to start finds no free ports
   std::set<std::uint32_t> still;                          // regions that make no steps
   std::set<std::uint32_t> unlinked;                       // regions to and from which there are no links
   std::set<std::pair<std::uint32_t, std::uint32_t>> cut;  // pairs of regions without a link, the lower first
