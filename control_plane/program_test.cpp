@@ -143,6 +143,17 @@ TEST_F(ProgramTest, CheckpointsOfWorldsThatItDoesNotKnowAreNamedCountedAndKept) 
   }
 }
 
+TEST_F(ProgramTest, AnEtcdThatDoesNotAnswerIsAnErrorAndStaysOneLine) {
+  const std::vector<std::string> arguments{
+      "--metrics-listen", "127.0.0.1:0",        "--state-dir",   folder_.path(),
+      "--store",          "etcd://127.0.0.1:1", "--checkpoints", folder_.path() + "/checkpoints"};
+  const auto program = Start(arguments);
+  ASSERT_TRUE(program->WaitForText("etcd cannot be used, and this control plane cannot lead: start it: "))
+      << program->Output();
+  program->Signal(SIGTERM);
+  EXPECT_TRUE(program->Wait().Clean());
+}
+
 TEST_F(ProgramTest, WrongUsageIsStatusTwo) {
   const auto no_folder = Start({});
   EXPECT_EQ(no_folder->Wait().code, 2);

@@ -106,11 +106,13 @@ absl::Status EtcdClient::Once(Span patience, Call&& call) const {
 template <class Call>
 absl::Status EtcdClient::Repeatedly(Span patience, Call&& call) const {
   const EtcdClock::time_point until = EtcdClock::now() + patience;
+  absl::Status why;  // an attempt that had no time left says less than those before it
   for (std::size_t tried = 1;; ++tried) {
     const auto left = std::chrono::ceil<Span>(until - EtcdClock::now());
-    absl::Status status = Once(std::clamp(left, Span(1), kEtcdReadAttempt), call);
+    const absl::Status status = Once(std::clamp(left, Span(1), kEtcdReadAttempt), call);
     if (status.ok() || !IsOneMembers(status)) return status;
-    if (EtcdClock::now() + kEtcdRetryPause >= until) return absl::UnavailableError(status.message());
+    if (why.ok() || !absl::IsDeadlineExceeded(status)) why = status;
+    if (EtcdClock::now() + kEtcdRetryPause >= until) return absl::UnavailableError(why.message());
     if (tried % members_.size() == 0) std::this_thread::sleep_for(kEtcdRetryPause);
   }
 }

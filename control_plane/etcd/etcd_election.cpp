@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "control_plane/etcd/etcd_trouble.h"
 
 namespace tessera::control {
 namespace {
@@ -65,7 +66,10 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
     if (!said || *said != leader) followed(leader);
     said = leader;
   };
-  std::string trouble;  // logged once
+  EtcdTrouble trouble(times_.trouble_after);
+  const auto note = [&trouble](const absl::Status& status) {
+    if (const auto line = trouble.Note(status, Clock::now())) spdlog::log(line->level, "{}", line->text);
+  };
   LeaderProbe probe;
   while (!given_up()) {
     const auto leader = ReadLeader(kElectionPatience);
@@ -74,14 +78,13 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
       EndOldLease();
     } else if (is_anothers) {
       say(ReadLeaderAddress((*leader)->value()));
+      note(absl::OkStatus());
       if (EndTermOfGone(**leader, probe)) continue;
     } else {
       say(std::nullopt);
       const absl::Status won = leader.ok() ? TryToWin() : leader.status();
+      note(won);
       if (won.ok()) return EtcdFence{.key = key_, .token = token_};
-      if (std::exchange(trouble, std::string(won.message())) != won.message()) {
-        spdlog::warn("election not won error=\"{}\"", trouble);
-      }
     }
     std::unique_lock lock(mutex_);
     wake_.wait_for(lock, times_.poll);

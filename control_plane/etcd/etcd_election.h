@@ -46,6 +46,8 @@ struct ElectionTimes {
   std::chrono::seconds ttl{4};
   // How often a follower looks whether anybody leads.
   std::chrono::milliseconds poll{200};
+  // How long etcd may be of no use until that is an error in the log: longer than its members take for an election.
+  std::chrono::milliseconds trouble_after{5000};
 };
 
 class EtcdElection {
