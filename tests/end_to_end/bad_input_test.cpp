@@ -179,6 +179,22 @@ TEST_F(BadInputTest, AnUnknownInstanceIsNamedByEveryCommand) {
     EXPECT_THAT(result.err, HasSubstr("NOT_FOUND"));
   }
   ExpectOneLine(Tessera({"client", "inst-404", "--seconds", "1"}), 1, "inst-404");
+  ExpectOneLine(Tessera({"instance", "restore", "inst-404"}), 1, "inst-404");
+  ExpectOneLine(Tessera({"instance", "restore", "inst-404", "--tick", "7"}), 1, "inst-404");
+}
+
+TEST_F(BadInputTest, ACheckpointThatNeverWasIsNamedAndTheWorldRunsOn) {
+  const support::RunResult made =
+      Tessera({"-o", "name", "instance", "create", "--scene", "minimal", "--regions", "1", "--wait"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string id = made.out.substr(made.out.find('/') + 1, made.out.find('\n') - made.out.find('/') - 1);
+  ExpectOneLine(Tessera({"instance", "restore", id}), 1, "id: " + id + " has no checkpoint");
+  ASSERT_EQ(Tessera({"instance", "checkpoint", id}).exit_code, 0);
+  ExpectOneLine(Tessera({"instance", "restore", id, "--tick", "1000000"}), 1,
+                "tick: " + id + " has no checkpoint of tick 1000000");
+  EXPECT_THAT(Tessera({"instance", "describe", id}).out, HasSubstr("RUNNING"));
+  EXPECT_EQ(Tessera({"instance", "delete", id, "--wait"}).exit_code, 0);
+  ExpectNothingLeftBehind();
 }
 
 TEST_F(BadInputTest, APropertyThatCannotBeIsRefusedByItsField) {
