@@ -10,6 +10,8 @@ namespace tessera::control {
 namespace {
 
 constexpr std::size_t kSumDigits = 64;
+// Where the mark lies: no world has such a name.
+constexpr char kMarkFolder[] = "cluster";
 
 std::string Summed(const std::string& bytes) { return Sha256Hex(bytes) + bytes; }
 
@@ -96,6 +98,24 @@ absl::StatusOr<std::string> CheckpointFiles::Read(const std::string& instance, s
 void CheckpointFiles::Remove(const std::string& instance, std::uint64_t tick) const { target_->Remove(instance, tick); }
 
 void CheckpointFiles::RemoveAll(const std::string& instance) const { target_->RemoveAll(instance); }
+
+absl::StatusOr<std::vector<std::string>> CheckpointFiles::Instances() const {
+  auto kept = target_->Instances();
+  if (kept.ok()) std::erase(*kept, kMarkFolder);
+  return kept;
+}
+
+absl::StatusOr<std::string> CheckpointFiles::ReadMark() const {
+  const auto bytes = target_->Read(kMarkFolder, 0, kManifestFile);
+  if (!bytes.ok()) return bytes.status();
+  auto mark = Unsummed(*bytes);
+  if (!mark.ok()) return absl::DataLossError(absl::StrCat(name(), "/", kMarkFolder, ": ", mark.status().message()));
+  return mark;
+}
+
+absl::Status CheckpointFiles::WriteMark(const std::string& mark) const {
+  return target_->Publish(kMarkFolder, 0, Summed(mark));
+}
 
 bool HasGameFile(const records::Manifest& manifest) { return !manifest.game_hash().empty() && !manifest.game_native(); }
 

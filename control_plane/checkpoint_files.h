@@ -30,6 +30,8 @@ class CheckpointFiles {
   // In a folder: see FolderTarget::Open.
   static absl::StatusOr<std::unique_ptr<CheckpointFiles>> Open(std::string folder, std::uint64_t reserve = 0);
 
+  // As an operator wrote it.
+  const std::string& name() const { return target_->name(); }
   // OK: a checkpoint of so many bytes can be made now; else why not.
   absl::Status CheckRoom(std::uint64_t bytes) const { return target_->CheckRoom(bytes); }
 
@@ -53,7 +55,11 @@ class CheckpointFiles {
   // Ends what waits for the target: see CheckpointTarget::Stop.
   void Stop() const { target_->Stop(); }
   // The instances that anything is kept of, ascending.
-  absl::StatusOr<std::vector<std::string>> Instances() const { return target_->Instances(); }
+  absl::StatusOr<std::vector<std::string>> Instances() const;
+
+  // One line beside all checkpoints. NOT_FOUND: there is none. The target keeps it where a world "cluster" would be.
+  absl::StatusOr<std::string> ReadMark() const;
+  absl::Status WriteMark(const std::string& mark) const;
 
  private:
   const std::unique_ptr<CheckpointTarget> target_;

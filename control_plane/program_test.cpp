@@ -113,6 +113,26 @@ TEST_F(ProgramTest, AnEmptiedStoreBesideCheckpointsIsRefused) {
   EXPECT_TRUE(taken->Wait().Clean());
 }
 
+TEST_F(ProgramTest, TheStoreOfAnotherClusterBesideCheckpointsIsRefused) {
+  const std::string state = folder_.path() + "/state", other = folder_.path() + "/other";
+  for (const std::string& folder : {other, state}) {
+    const auto program = Start({"--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0", "--state-dir", folder});
+    program->Signal(SIGTERM);
+    EXPECT_TRUE(program->Wait().Clean());
+  }
+  std::filesystem::create_directories(state + "/checkpoints/inst-3/1200");
+  std::filesystem::rename(state + "/control.db", folder_.path() + "/ours.db");
+  std::filesystem::copy_file(other + "/control.db", state + "/control.db");
+  const auto refused = Start(Arguments());
+  EXPECT_EQ(refused->Wait().code, 1);
+  EXPECT_THAT(refused->Output(), HasSubstr("tessera-control: " + state + "/checkpoints holds checkpoints of cluster "));
+  EXPECT_THAT(refused->Output(), HasSubstr(", inst-3 among them, but " + state + "/control.db is that of cluster "));
+  std::filesystem::rename(folder_.path() + "/ours.db", state + "/control.db");
+  const auto taken = Start(Arguments());
+  taken->Signal(SIGTERM);
+  EXPECT_TRUE(taken->Wait().Clean());
+}
+
 TEST_F(ProgramTest, ABackupThatIsNotThereIsNamedAndNothingIsMade) {
   const std::string backup = folder_.path() + "/none.tessera";
   std::vector<std::string> arguments = Arguments();

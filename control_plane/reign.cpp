@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/authority.h"
 #include "control_plane/checkpoint_files.h"
+#include "control_plane/cluster_mark.h"
 #include "control_plane/s3/s3_target.h"
 #include "control_plane/secrets.h"
 #include "host/files.h"
@@ -19,20 +20,6 @@ namespace tessera::control {
 namespace {
 
 constexpr std::size_t kMaxCertificateFileBytes = 256 * 1024;
-
-// A store that never held anything beside checkpoints was emptied, or is another cluster's: a new cluster in its place
-// would number its worlds from the beginning, over those that the checkpoints belong to.
-absl::Status CheckBelongTogether(const Store& store, const CheckpointFiles& files, const ReignSettings& settings) {
-  if (store.revision() != 0) return absl::OkStatus();
-  const auto kept = files.Instances();
-  if (!kept.ok()) return kept.status();
-  const std::vector<std::string>& instances = *kept;
-  if (instances.empty()) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      settings.checkpoints, " holds checkpoints of ", instances.size() == 1 ? "" : "worlds, the first of them ",
-      instances.front(), ", but ", settings.store_name,
-      " is empty: put the store back, or, for a new cluster, move the checkpoints away"));
-}
 
 absl::StatusOr<std::unique_ptr<CheckpointFiles>> OpenCheckpoints(const ReignSettings& settings) {
   if (!settings.s3) return CheckpointFiles::Open(settings.checkpoints, settings.checkpoint_reserve);
@@ -93,7 +80,8 @@ absl::StatusOr<std::unique_ptr<Reign>> Reign::Begin(Store& store, const ReignSet
                                                     ControlMetrics& metrics, const Pages& pages, LeaderRights rights) {
   auto files = OpenCheckpoints(settings);
   if (!files.ok()) return files.status();
-  if (absl::Status status = CheckBelongTogether(store, **files, settings); !status.ok()) return status;
+  absl::Status together = CheckBelongTogether(store, **files, settings.store_name, SystemRandomBytes);
+  if (!together.ok()) return together;
   auto authority = AuthorityFor(settings, store);
   if (!authority.ok()) return authority.status();
   std::unique_ptr<Reign> reign(new Reign(store, metrics, pages.gate));

@@ -54,8 +54,8 @@ struct Pages {
 
 class Reign {
  public:
-  // FAILED_PRECONDITION: the store is empty beside checkpoints, or the seal is not that of its authority; others as
-  // those of reading the store and of GrpcServer::Start. All but the settings outlive it.
+  // FAILED_PRECONDITION: the checkpoints are not those of the store (cluster_mark.h), or the seal is not that of its
+  // authority; others as those of reading the store and of GrpcServer::Start. All but the settings outlive it.
   static absl::StatusOr<std::unique_ptr<Reign>> Begin(Store& store, const ReignSettings& settings,
                                                       ControlMetrics& metrics, const Pages& pages,
                                                       LeaderRights rights = {});
