@@ -1,4 +1,4 @@
-// Whose checkpoints lie in a folder or bucket: the cluster's id is in its store, and beside its checkpoints.
+// Names the cluster that checkpoints in a folder or bucket are of: the id is in its store, and beside its checkpoints.
 //
 // A control plane that begins on another cluster's store would list none of the checkpoints beside it, and number its
 // worlds over theirs. Both are marked when they are first met together; a backup of the store has its mark.

@@ -40,7 +40,7 @@ class EtcdTrouble {
   bool said_ = false;                       // as an error
 };
 
-// What an operator is to do so that this error of a call to etcd goes away.
+// The thing to do for an operator, so that this error of a call to etcd goes away.
 std::string EtcdRemedy(const absl::Status& status);
 
 }  // namespace tessera::control
