@@ -258,6 +258,28 @@ TEST_F(LeaderTest, WallClocksThatAreMovedByHoursEndNoReignAndNoLife) {
   }
 }
 
+// Agents that have dialled for long without an answer wait up to 2 s until they dial again.
+TEST_F(LeaderTest, AnElectionUnderAWorldThatStepsDegradesItForAMomentAtMost) {
+  constexpr std::uint64_t kSeeds = 8;
+  std::uint64_t unbroken = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    LedWorld run(seed);
+    run.leader().Kill();
+    Micros degraded = 0;
+    const Micros end = run.deployment.timeline().now() + Milliseconds(9000);
+    while (run.deployment.timeline().now() < end) {
+      run.watch.RunFor(WorldWatch::kLook);
+      const SimulatedControl& leader = run.leader();
+      degraded += leader.answers() && run.deployment.SaidBy(leader) != Said::kRunning ? WorldWatch::kLook : 0;
+    }
+    unbroken += degraded == 0 ? 1 : 0;
+    EXPECT_LE(degraded, Milliseconds(700));
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  }
+  EXPECT_GE(unbroken, kSeeds / 2);
+}
+
 TEST_F(LeaderTest, AnOldBackupUnderSeveralControlPlanesEndsNothingAndSetsNothingBack) {
   LedWorld run;
   const std::string backup = run.deployment.store().Backup();
