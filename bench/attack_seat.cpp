@@ -45,9 +45,20 @@ const std::vector<NamedAttack>& Attacks() {
          if (std::exchange(once, true)) std::erase(outcome.through, support::kNobodyJoined);
          return outcome;
        }},
+      {"returns",
+       [once = false](const Seat& seat) mutable {
+         support::Outcome outcome = support::ReturnAgainAndAgain(
+             seat.target, seat.world, static_cast<int>(seat.size.join_threads), static_cast<int>(seat.size.joins_each));
+         if (std::exchange(once, true)) std::erase(outcome.through, support::kNobodyJoined);
+         return outcome;
+       }},
+      {"tickets", [](const Seat& seat) { return support::ShowWrongTickets(seat.target, seat.world); }, false},
+      {"changes", [](const Seat& seat) { return support::ChangeEverything(seat.target, seat.world); }, false},
       {"lies", [](const Seat& seat) { return support::LieAsHost(seat.target, seat.world); }, false},
       {"deaf",
-       [](const Seat& seat) { return support::NeverRead(seat.target, static_cast<int>(seat.size.lease_requests)); },
+       [](const Seat& seat) {
+         return support::NeverRead(seat.target, seat.world, static_cast<int>(seat.size.lease_requests));
+       },
        false},
   };
   return attacks;

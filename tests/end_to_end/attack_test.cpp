@@ -109,6 +109,28 @@ TEST_F(AttackTest, JoinsAndLeavesInAFloodLeaveNobodyBehind) {
   ExpectRefused(support::JoinAndLeave(target_, "inst-1", 8, 125), before);
 }
 
+TEST_F(AttackTest, OneWhoComesBackAgainAndAgainIsRefusedAfterAFew) {
+  CreateWorld();
+  const double before = Megabytes();
+  ExpectRefused(support::ReturnAgainAndAgain(target_, "inst-1", 8, 125), before);
+}
+
+TEST_F(AttackTest, WrongTicketsLetNobodyIn) {
+  CreateWorld();
+  const double before = Megabytes();
+  const support::Outcome outcome = support::ShowWrongTickets(target_, "inst-1");
+  EXPECT_GE(outcome.tries, 7);
+  ExpectRefused(outcome, before);
+}
+
+TEST_F(AttackTest, TokensWithTooSmallARightChangeNothing) {
+  CreateWorld();
+  const double before = Megabytes();
+  const support::Outcome outcome = support::ChangeEverything(target_, "inst-1");
+  EXPECT_GT(outcome.tries, 80);
+  ExpectRefused(outcome, before);
+}
+
 TEST_F(AttackTest, AHostWithAValidCertificateGetsNothingOfAWorldElsewhere) {
   CreateWorld();
   const double before = Megabytes();
@@ -118,7 +140,7 @@ TEST_F(AttackTest, AHostWithAValidCertificateGetsNothingOfAWorldElsewhere) {
 TEST_F(AttackTest, AHostThatNeverReadsFillsNoMemory) {
   CreateWorld();
   const double before = Megabytes();
-  ExpectRefused(support::NeverRead(target_, 100'000), before);
+  ExpectRefused(support::NeverRead(target_, "inst-1", 100'000), before);
 }
 
 }  // namespace

@@ -47,12 +47,21 @@ Outcome SpeakPlainText(const Target& target);
 // So many guests' joins and leaves, by so many threads. Through is what is left in the world, and that nobody joined.
 inline constexpr char kNobodyJoined[] = "nobody could join";
 Outcome JoinAndLeave(const Target& target, const std::string& instance, int threads, int times_each);
+// One guest joins, and comes back by its credential so often, by so many threads. Through are more returns than one
+// player's rate, and a guest who is left in the world.
+Outcome ReturnAgainAndAgain(const Target& target, const std::string& instance, int threads, int times_each);
+// Tickets of another cluster, of yesterday, of tomorrow, of an unknown issuer, and a copy of one that was good.
+Outcome ShowWrongTickets(const Target& target, const std::string& instance);
 
-// Admits a host by TLS, and has it lie: about its capacity, about players, about another's workers; it asks for the
-// scene, game and state of a world that it has no part in.
+// A viewer's token calls every method that changes something, and an operator's for another instance every one that
+// changes something or concerns this instance.
+Outcome ChangeEverything(const Target& target, const std::string& instance);
+
+// Admits a host by TLS, and has it lie: about its capacity, about players, about another's workers and their keys; it
+// asks for the scene, game and state of a world that it has no part in, and sends a checkpoint of it.
 Outcome LieAsHost(const Target& target, const std::string& instance);
-// The same kind of host asks for leases again and again and never reads an answer.
-Outcome NeverRead(const Target& target, int requests);
+// The same kind of host has a region of a second world, asks for its lease so often, and reads no answer meanwhile.
+Outcome NeverRead(const Target& target, const std::string& instance, int requests);
 
 // Seconds that an operator's list of hosts takes at the socket; below 0: it failed.
 double OperatorsCallSeconds(const Target& target);
