@@ -78,15 +78,14 @@ class Burglar {
       TryProcess("a neighbour", getpid() + step);
       TryProcess("a neighbour", getpid() - step);
     }
-    const pid_t child = fork();
-    if (child == 0) _exit(0);
-    if (child > 0) waitpid(child, nullptr, 0);
-    Try("a process of its own", child > 0);
-    constexpr std::size_t kGreedy = std::size_t{1} << 42;  // above any machine's half
-    void* const memory =
-        mmap(nullptr, kGreedy, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    Try("all memory", memory != MAP_FAILED);
-    if (memory != MAP_FAILED) munmap(memory, kGreedy);
+    for (int i = 0; i < 10; ++i) {
+      const pid_t child = fork();
+      if (child == 0) _exit(0);
+      if (child > 0) waitpid(child, nullptr, 0);
+      Try("a process of its own", child > 0);
+    }
+    TryMemory("20 GiB", std::size_t{20} << 30);  // a worker has 16 GiB at most, unless its agent is told otherwise
+    TryMemory("all memory", std::size_t{1} << 42);
     world_.log("burglar tried " + std::to_string(tries_) + " got through " + std::to_string(through_));
   }
 
@@ -96,6 +95,12 @@ class Burglar {
     if (!got_through) return;
     ++through_;
     world_.log("burglar got " + what);
+  }
+  void TryMemory(const std::string& what, std::size_t bytes) {
+    void* const memory =
+        mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    Try(what, memory != MAP_FAILED);
+    if (memory != MAP_FAILED) munmap(memory, bytes);
   }
   void TryProcess(const std::string& whose, pid_t pid) {
     if (pid <= 1) return;
