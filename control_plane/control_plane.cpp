@@ -372,12 +372,12 @@ absl::StatusOr<std::string> ControlPlane::GameBytes(const std::string& hash) {
 // --- Players.
 
 absl::StatusOr<Joined> ControlPlane::WaitAndJoin(LastLock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
-                                                 const std::optional<trust::Ticket>& ticket,
+                                                 const std::optional<trust::Ticket>& ticket, bool stranger,
                                                  const std::function<bool()>& given_up) {
   while (true) {
     const absl::StatusOr<bool> ready = CanJoin(cluster_->state(), request.instance_id(), request.viewer());
     if (!ready.ok()) return ready.status();
-    if (*ready) return cluster_->Join(ReadClocks(), request, ticket);
+    if (*ready) return cluster_->Join(ReadClocks(), request, ticket, stranger);
     if (absl::Status status = WaitFor(lock, watch, Clock::time_point::max(), given_up); !status.ok()) return status;
   }
 }
@@ -408,7 +408,7 @@ absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstan
   absl::Status begun = cluster_->BeginWait(ReadClocks(), request);
   Publish();
   if (!begun.ok()) return begun;
-  const auto joined = WaitAndJoin(lock, watch, request, *ticket, given_up);
+  const auto joined = WaitAndJoin(lock, watch, request, *ticket, stranger.has_value(), given_up);
   if (!request.viewer()) cluster_->EndWait(ReadClocks(), request.instance_id());
   Publish();
   if (!joined.ok()) return joined.status();

@@ -295,7 +295,8 @@ class ControlPlane {
                              const std::function<bool()>& given_up);
   absl::Status CheckTicketsSignature(const std::string& ticket);
   absl::StatusOr<Joined> WaitAndJoin(LastLock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
-                                     const std::optional<trust::Ticket>& ticket, const std::function<bool()>& given_up);
+                                     const std::optional<trust::Ticket>& ticket, bool stranger,
+                                     const std::function<bool()>& given_up);
 
   Store& store_;
   const LeaderRights rights_;

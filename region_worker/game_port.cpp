@@ -164,11 +164,8 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
     return true;
   }
   if (IsViewer(pending.player)) {
-    const auto viewers = std::ranges::count_if(clients_, [&](const auto& client) {
-      return IsViewer(client.second.player) && client.second.player != pending.player;
-    });
-    if (static_cast<std::size_t>(viewers) >= kMaxViewers) {
-      Refuse(peer, v1::REFUSAL_REASON_FULL, absl::StrCat(viewers, " viewers watch this region already"));
+    if (const std::string full = FullForViewer(pending.player); !full.empty()) {
+      Refuse(peer, v1::REFUSAL_REASON_FULL, full);
     } else {
       Welcome(peer, pending, tick, started);
     }
@@ -198,6 +195,18 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
       return true;
   }
   return true;
+}
+
+std::string GamePort::FullForViewer(PlayerNumber viewer) const {
+  std::size_t viewers = 0, strangers = 0;
+  for (const auto& [peer, client] : clients_) {
+    if (!IsViewer(client.player) || client.player == viewer) continue;
+    ++viewers;
+    if (IsStrangersViewer(client.player)) ++strangers;
+  }
+  if (viewers >= kMaxViewers) return absl::StrCat(viewers, " viewers watch this region already");
+  if (!IsStrangersViewer(viewer) || strangers < kMaxStrangersViewers) return "";
+  return absl::StrCat(strangers, " viewers from the players' door watch this region already");
 }
 
 // A newer process may be here already, before any order has named its generation.

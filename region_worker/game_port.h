@@ -166,6 +166,8 @@ class GamePort {
   void ReportRefused(net::PeerHandle peer, ConnectedClient& client, std::uint32_t command, absl::string_view why,
                      bool for_good, TimePoint now);
   // False: the peer has to wait.
+  // Why there is no place for this viewer; empty: there is one.
+  std::string FullForViewer(PlayerNumber viewer) const;
   bool Answer(net::PeerHandle peer, const PendingClient& pending, TimePoint now, Tick tick, bool started);
   Admission AdmissionOf(const PendingClient& pending) const;
   void AnswerPending(TimePoint now, Tick tick, bool started);

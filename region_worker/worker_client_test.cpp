@@ -202,15 +202,29 @@ TEST(WorkerClientTest, AViewerSeesTheWholeStreetAndTakesNoPart) {
 TEST(WorkerClientTest, ARegionServesFewViewers) {
   Cluster cluster(1);
   std::vector<std::unique_ptr<TestClient>> viewers;
-  for (std::uint32_t i = 0; i < kMaxViewers; ++i) viewers.push_back(cluster.Join(1, kFirstViewer + i));
+  for (std::uint32_t i = 0; i < kMaxViewers; ++i) viewers.push_back(cluster.Join(1, kFirstTrustedViewer + i));
   TestClient late(cluster.scene().bounds);
-  EXPECT_TRUE(late.Connect(cluster.game_port(1), RegionId(1), CredentialsFor(kFirstViewer + 1000)));
+  EXPECT_TRUE(late.Connect(cluster.game_port(1), RegionId(1), CredentialsFor(kFirstTrustedViewer + 1000)));
+  ASSERT_TRUE(late.Until([&] { return late.refusal.has_value(); }));
+  EXPECT_EQ(late.refusal->reason(), v1::REFUSAL_REASON_FULL);
+  const auto again = cluster.Join(1, kFirstTrustedViewer);  // takes its own place
+  EXPECT_TRUE(again->welcome.has_value());
+  const auto player = cluster.Join(1, 1);
+  EXPECT_TRUE(player->welcome.has_value()) << "players have places of their own";
+}
+
+TEST(WorkerClientTest, StrangersViewersLeaveHalfOfThePlacesToGateways) {
+  Cluster cluster(1);
+  std::vector<std::unique_ptr<TestClient>> viewers;
+  for (std::uint32_t i = 0; i < kMaxStrangersViewers; ++i) viewers.push_back(cluster.Join(1, kFirstViewer + i));
+  TestClient late(cluster.scene().bounds);
+  EXPECT_TRUE(late.Connect(cluster.game_port(1), RegionId(1), CredentialsFor(kFirstTrustedViewer - 1)));
   ASSERT_TRUE(late.Until([&] { return late.refusal.has_value(); }));
   EXPECT_EQ(late.refusal->reason(), v1::REFUSAL_REASON_FULL);
   const auto again = cluster.Join(1, kFirstViewer);  // takes its own place
   EXPECT_TRUE(again->welcome.has_value());
-  const auto player = cluster.Join(1, 1);
-  EXPECT_TRUE(player->welcome.has_value()) << "players have places of their own";
+  const auto gateway = cluster.Join(1, kFirstTrustedViewer);
+  EXPECT_TRUE(gateway->welcome.has_value());
 }
 
 TEST(WorkerClientTest, DeltasFollowWhatIsAcknowledged) {

@@ -187,9 +187,9 @@ class Cluster {
   void EndWait(Now now, const std::string& instance_id);
   // Joins that wait for the instance's workers.
   int WaitingPlayers(const std::string& instance_id) const;
-  // `ticket`: as TakeTicket gave it.
+  // `ticket`: as TakeTicket gave it. `stranger`: its viewers are counted apart (core/world/viewer_number.h).
   absl::StatusOr<Joined> Join(Now now, const v1::JoinInstanceRequest& request,
-                              const std::optional<trust::Ticket>& ticket = std::nullopt);
+                              const std::optional<trust::Ticket>& ticket = std::nullopt, bool stranger = false);
   absl::Status Leave(Now now, const v1::LeaveInstanceRequest& request);
   absl::StatusOr<v1::KickPlayerResponse> KickPlayer(Now now, const v1::KickPlayerRequest& request);
   // The ban is stored first, then whoever plays so is kicked.

@@ -48,11 +48,11 @@ absl::StatusOr<std::optional<trust::Ticket>> Cluster::TakeTicket(Now now, const 
 }
 
 absl::StatusOr<Joined> Cluster::Join(Now now, const v1::JoinInstanceRequest& request,
-                                     const std::optional<trust::Ticket>& ticket) {
-  if (!ticket) return players_.Join(request, nullptr, now);
+                                     const std::optional<trust::Ticket>& ticket, bool stranger) {
+  if (!ticket) return players_.Join(request, nullptr, now, stranger);
   // It may have been banned while it waited.
   if (absl::Status status = bans_.Check(request.instance_id(), ticket->player_id); !status.ok()) return status;
-  return players_.Join(request, &*ticket, now);
+  return players_.Join(request, &*ticket, now, stranger);
 }
 
 absl::Status Cluster::Leave(Now now, const v1::LeaveInstanceRequest& request) { return players_.Leave(request, now); }

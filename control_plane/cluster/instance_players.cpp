@@ -125,7 +125,9 @@ v1::JoinInstanceResponse Admit(const InstanceEntry& instance, PlayerNumber playe
 }
 
 // Nothing is kept of it, so numbers are drawn: with so many, two viewers of one world never have the same.
-PlayerNumber DrawViewer() { return PlayerNumber(kFirstViewer + randombytes_uniform(kFirstViewer)); }
+PlayerNumber DrawViewer(bool stranger) {
+  return PlayerNumber((stranger ? kFirstViewer : kFirstTrustedViewer) + randombytes_uniform(kFirstViewer / 2));
+}
 
 // Players with a connection to any worker, ascending. A host that is silent may well serve its players still: its last
 // report counts.
@@ -183,14 +185,14 @@ int InstancePlayers::Waiting(const InstanceEntry& instance) const {
 }
 
 absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket,
-                                             Now now) {
+                                             Now now, bool stranger) {
   // Whoever calls has to check it; without, the request would pass for a guest's.
   if (ticket == nullptr && !request.ticket().empty()) return absl::InternalError("ticket: was not checked");
   if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id(), request.viewer()); !can.ok()) {
     return can.status();
   }
   InstanceEntry& instance = *state_.FindInstance(request.instance_id());
-  if (request.viewer()) return Joined{.response = Admit(instance, DrawViewer(), kFirstGeneration)};
+  if (request.viewer()) return Joined{.response = Admit(instance, DrawViewer(stranger), kFirstGeneration)};
   const absl::StatusOr<std::uint32_t> returns = FindReturning(instance, request, ticket);
   if (!returns.ok()) return returns.status();
   Joined joined;

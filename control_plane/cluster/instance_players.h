@@ -52,8 +52,10 @@ class InstancePlayers {
   int Waiting(const InstanceEntry& instance) const;
 
   // A player with a credential of its own comes back as the one it was, of the next generation. A viewer is given a
-  // number, and not kept. `ticket`: the one of the request, checked and used; null: it has none.
-  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket, Now now);
+  // number, and not kept; a stranger's is of those that regions serve fewer of. `ticket`: the one of the request,
+  // checked and used; null: it has none.
+  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, const trust::Ticket* ticket, Now now,
+                              bool stranger = false);
   // Repeating it is fine.
   absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
 

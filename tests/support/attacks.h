@@ -52,6 +52,9 @@ Outcome JoinAndLeave(const Target& target, const std::string& instance, int thre
 Outcome ReturnAgainAndAgain(const Target& target, const std::string& instance, int threads, int times_each);
 // Tickets of another cluster, of yesterday, of tomorrow, of an unknown issuer, and a copy of one that was good.
 Outcome ShowWrongTickets(const Target& target, const std::string& instance);
+// So many viewers from the players' door, and as many by the socket: regions keep places for the latter
+// (viewer_number.h).
+Outcome WatchAsStranger(const Target& target, const std::string& instance, int viewers);
 
 // A viewer's token calls every method that changes something, and an operator's for another instance every one that
 // changes something or concerns this instance.

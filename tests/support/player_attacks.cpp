@@ -11,6 +11,7 @@
 #include <random>
 #include <string>
 
+#include "core/world/viewer_number.h"
 #include "local_cluster/command_error.h"
 #include "tessera/v1/access.grpc.pb.h"
 #include "tessera/v1/session.grpc.pb.h"
@@ -172,6 +173,26 @@ Outcome ShowWrongTickets(const Target& target, const std::string& instance) {
   attempt("a copy", text);
   outcome.Try("who came by a ticket could not leave", Leave(*stub, instance, kept).ok());
   TryNobodyIsLeft(target, instance, outcome);
+  return outcome;
+}
+
+Outcome WatchAsStranger(const Target& target, const std::string& instance, int viewers) {
+  Outcome outcome;
+  const auto strangers = v1::SessionService::NewStub(DialAlone(target.players));
+  const auto trusted = v1::SessionService::NewStub(DialAlone(target.socket));
+  v1::JoinInstanceRequest watch;
+  watch.set_instance_id(instance);
+  watch.set_viewer(true);
+  v1::JoinInstanceResponse grant;
+  for (int i = 0; i < viewers; ++i) {
+    const grpc::Status strange = Join(*strangers, watch, grant);
+    outcome.Try(fmt::format("viewer {} {} passes for a gateway", grant.player(), strange.error_message()),
+                strange.ok() && IsStrangersViewer(PlayerNumber(grant.player())));
+    const grpc::Status known = Join(*trusted, watch, grant);
+    const PlayerNumber number(grant.player());
+    outcome.Try(fmt::format("viewer {} {} passes for a stranger", number.value(), known.error_message()),
+                known.ok() && IsViewer(number) && !IsStrangersViewer(number));
+  }
   return outcome;
 }
 
