@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <random>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "host/process.h"
@@ -16,23 +17,44 @@ using Kind = LastingFaultKind;
 using Program = LastingStage::Program;
 
 constexpr std::array<const char*, static_cast<std::size_t>(kLastLastingFault) + 1> kLastingFaultNames = {
-    "kill-leader", "stop-leader", "cut-leader",  "lose-leader", "cut-leader-with-host",
-    "kill-store",  "stop-store",  "kill-worker", "kill-agent",  "freeze-host",
-    "cut-host",    "orphan",      "slow-store",  "full-store",  "full-disk"};
-// How long a fault holds at least and at most; a slow store's is fixed.
-constexpr double kShortestHold_s = 2, kLongestHold_s = 8, kSlowStore_s = 2;
+    "kill-leader",  "stop-leader",  "cut-leader",        "lose-leader", "cut-leader-with-host",
+    "kill-store",   "stop-store",   "kill-worker",       "kill-agent",  "freeze-host",
+    "cut-host",     "orphan",       "slow-store",        "full-store",  "full-disk",
+    "store-member", "store-leader", "full-store-minute", "old-backup"};
+// How long a fault holds at least and at most; those of a store are fixed.
+constexpr double kShortestHold_s = 2, kLongestHold_s = 8, kSlowStore_s = 2, kFullMinute_s = 60;
+constexpr std::chrono::milliseconds kSlowFsync{100};
+// The keys of a store are its record of who wrote: before they go, the witness (lasting_witness.h) has read them.
+constexpr std::chrono::seconds kReadByAll{1};
 
-// The first host from `first` on that runs a worker loses one.
-absl::Status KillWorker(const LastingStage& stage, std::uint32_t first) {
-  for (std::uint32_t i = 0; i < kLastingHosts; ++i) {
-    for (const LastingStage::Worker& worker : stage.WorkersOn((first + i) % kLastingHosts)) {
+double HoldOf(Kind kind, double share) {
+  if (kind == Kind::kSlowStore) return kSlowStore_s;
+  if (kind == Kind::kFullStoreMinute) return kFullMinute_s;
+  return kShortestHold_s + share * (kLongestHold_s - kShortestHold_s);
+}
+
+// The first of so many hosts from `first` on that runs a worker loses one; which host that is.
+absl::StatusOr<std::uint32_t> KillWorkerOn(const LastingStage& stage, std::uint32_t first, std::uint32_t hosts) {
+  for (std::uint32_t i = 0; i < hosts; ++i) {
+    const std::uint32_t host = (first + i) % kLastingHosts;
+    for (const LastingStage::Worker& worker : stage.WorkersOn(host)) {
       const auto process = host::Process::Adopt(worker.pid, worker.start_time);
       if (!process.ok()) continue;
       process->Signal(SIGKILL);
-      return absl::OkStatus();
+      return host;
     }
   }
   return absl::UnavailableError("no worker runs on any host");
+}
+
+absl::Status KillWorker(const LastingStage& stage, std::uint32_t first) {
+  return KillWorkerOn(stage, first, kLastingHosts).status();
+}
+
+absl::Status BeginFromBackup(const LastingFault& fault, LastingStage& stage) {
+  for (std::uint32_t i = 0; i < stage.controls(); ++i) stage.Kill(Program::kControl, i);
+  std::this_thread::sleep_for(kReadByAll);
+  return stage.BeginFrom(fault.backup);
 }
 
 // `mend`: the other way round.
@@ -83,17 +105,29 @@ std::vector<LastingFault> DrawFaults(std::uint64_t seed, std::size_t count) {
     LastingFault fault{.kind = *at, .which = static_cast<std::uint32_t>(draw(3))};
     left.erase(at);
     const double share = static_cast<double>(draw(1000)) / 1000;
-    fault.hold_s =
-        fault.kind == Kind::kSlowStore ? kSlowStore_s : kShortestHold_s + share * (kLongestHold_s - kShortestHold_s);
+    fault.hold_s = HoldOf(fault.kind, share);
     faults.push_back(fault);
   }
   return faults;
 }
 
-absl::Status Strike(LastingFault& fault, LastingStage& stage) {
+bool StrikesTwice(LastingFaultKind kind) { return kind == Kind::kFullStoreMinute; }
+
+absl::Status Aim(LastingFault& fault, const LastingStage& stage) {
   const auto leader = stage.Leader();
   if (!leader) return absl::UnavailableError("nobody leads");
   fault.leader = *leader;
+  if (fault.kind != Kind::kStoreMember && fault.kind != Kind::kStoreLeader) return absl::OkStatus();
+  const auto store = stage.StoreLeader();
+  if (!store) return absl::UnavailableError("nobody leads among etcd's members");
+  // Of the two others one dies, by `which`, and the other is slow.
+  fault.store_leader = *store;
+  fault.store_killed = (*store + 1 + fault.which % 2) % kLastingControls;
+  fault.store_slow = (*store + 2 - fault.which % 2) % kLastingControls;
+  return absl::OkStatus();
+}
+
+absl::Status Strike(LastingFault& fault, LastingStage& stage) {
   switch (fault.kind) {
     case Kind::kKillLeader:
       stage.Kill(Program::kControl, fault.leader);
@@ -135,8 +169,27 @@ absl::Status Strike(LastingFault& fault, LastingStage& stage) {
     case Kind::kFullDisk:
       if (absl::Status status = stage.disk(fault.which).Fill(); !status.ok()) return status;
       return KillWorker(stage, fault.which);
+    case Kind::kStoreMember:
+      stage.SlowStore(fault.store_slow, kSlowFsync);
+      stage.Kill(Program::kEtcd, fault.store_killed);
+      return KillWorker(stage, fault.which);
+    case Kind::kStoreLeader:
+      stage.Kill(Program::kEtcd, fault.store_leader);
+      return KillWorker(stage, fault.which);
+    case Kind::kFullStoreMinute: {
+      if (absl::Status status = stage.SetStoreFull(true); !status.ok()) return status;
+      const auto host = KillWorkerOn(stage, fault.which, kLastingHosts);
+      if (host.ok()) fault.struck_host = *host;
+      return host.status();
+    }
+    case Kind::kOldBackup:
+      return BeginFromBackup(fault, stage);
   }
   return absl::InternalError("no such fault");
+}
+
+absl::Status StrikeAgain(const LastingFault& fault, const LastingStage& stage) {
+  return KillWorkerOn(stage, fault.struck_host + 1, kLastingHosts - 1).status();
 }
 
 absl::Status Mend(const LastingFault& fault, LastingStage& stage) {
@@ -171,7 +224,18 @@ absl::Status Mend(const LastingFault& fault, LastingStage& stage) {
       SignalTwoStores(stage, fault.which, SIGCONT);
       return absl::OkStatus();
     case Kind::kFullStore:
+    case Kind::kFullStoreMinute:
       return stage.SetStoreFull(false);
+    case Kind::kStoreMember:
+      stage.SlowStore(fault.store_slow, std::chrono::milliseconds(0));
+      return stage.Restart(Program::kEtcd, fault.store_killed);
+    case Kind::kStoreLeader:
+      return stage.Restart(Program::kEtcd, fault.store_leader);
+    case Kind::kOldBackup:
+      for (std::uint32_t i = 0; i < stage.controls(); ++i) {
+        if (absl::Status status = stage.Restart(Program::kControl, i); !status.ok()) return status;
+      }
+      return absl::OkStatus();
     case Kind::kFullDisk:
       stage.disk(fault.which).Free();
       return absl::OkStatus();

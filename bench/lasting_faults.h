@@ -1,8 +1,9 @@
 // LastingFaults: what strikes the cluster of the suite lasting, drawn from a seed.
 //
-//   for (const LastingFault& fault : DrawFaults(seed, 20)) {
+//   for (LastingFault& fault : DrawFaults(seed, 20)) {
+//     Aim(fault, stage);
 //     Strike(fault, stage);
-//     ... it holds for fault.hold_s ...
+//     ... it holds for fault.hold_s; a third of it later, where StrikesTwice(fault.kind): StrikeAgain(fault, stage) ...
 //     Mend(fault, stage);
 //   }
 //
@@ -34,23 +35,38 @@ enum class LastingFaultKind {
   kSlowStore,          // a worker dies, and two of three members of etcd stand still for 2 s
   kFullStore,          // a worker dies, and etcd takes no write, as when its space is used up
   kFullDisk,           // a worker dies, and the disk of its host's agent is full
+  kStoreMember,        // a worker dies with a member of etcd that follows, and the other that follows is slow to write
+  kStoreLeader,        // a worker dies with the member of etcd that leads
+  kFullStoreMinute,    // the store takes no write for a minute, and workers die on two hosts, one after the other
+  kOldBackup,          // all control planes and what is stored are lost, and a backup of some faults ago is taken up
 };
-inline constexpr LastingFaultKind kLastLastingFault = LastingFaultKind::kFullDisk;
+inline constexpr LastingFaultKind kLastLastingFault = LastingFaultKind::kOldBackup;
 const char* NameOf(LastingFaultKind kind);
 
 struct LastingFault {
   LastingFaultKind kind = LastingFaultKind::kKillLeader;
   std::uint32_t which = 0;  // member, host, or place among the workers of a host
   double hold_s = 0;
-  std::uint32_t leader = 0;  // the one that led when it struck; set by Strike
+  // Set by Aim.
+  std::uint32_t leader = 0;                        // the control plane that leads
+  std::uint32_t store_leader = 0, store_slow = 0;  // members of etcd: that leads; that is to be slow
+  std::uint32_t store_killed = 0;
+  std::uint32_t struck_host = 0;  // that lost a worker first; set by Strike
+  std::string backup{};           // a file to begin from; to be set before Strike of kOldBackup
 };
 
 // Each kind comes once before any comes again, so that a short run has as many kinds as faults. The same seed draws the
 // same faults.
 std::vector<LastingFault> DrawFaults(std::uint64_t seed, std::size_t count);
 
-// UNAVAILABLE: nobody leads, or no worker runs, which is to be struck.
+// True if a second blow belongs to it, some time after the first.
+bool StrikesTwice(LastingFaultKind kind);
+
+// Who is to be struck, as it is now. UNAVAILABLE: nobody leads.
+absl::Status Aim(LastingFault& fault, const LastingStage& stage);
+// UNAVAILABLE: no worker runs, which is to be struck, or no store can be restored.
 absl::Status Strike(LastingFault& fault, LastingStage& stage);
+absl::Status StrikeAgain(const LastingFault& fault, const LastingStage& stage);
 // All is as before, as far as it can be mended from outside.
 absl::Status Mend(const LastingFault& fault, LastingStage& stage);
 

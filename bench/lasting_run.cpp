@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
+#include <functional>
 #include <map>
 #include <set>
 #include <thread>
@@ -23,6 +25,11 @@ using Kind = LastingFaultKind;
 constexpr double kLeastStall_s = 0.5;
 // All of it must hold for so long before the next fault strikes.
 constexpr double kWell_s = 1;
+// A backup that is taken up is of so many faults ago.
+constexpr std::size_t kBackupAge = 3;
+// The second blow comes after this share of the time that a fault holds.
+constexpr double kSecondBlow = 1.0 / 3;
+constexpr std::chrono::milliseconds kCheckpointPatience{30000};
 
 bool StrikesTheLeader(Kind kind) {
   return kind == Kind::kKillLeader || kind == Kind::kStopLeader || kind == Kind::kCutLeader ||
@@ -30,7 +37,7 @@ bool StrikesTheLeader(Kind kind) {
 }
 bool KillsAWorker(Kind kind) {
   return kind == Kind::kKillWorker || kind == Kind::kOrphan || kind == Kind::kSlowStore || kind == Kind::kFullStore ||
-         kind == Kind::kFullDisk;
+         kind == Kind::kFullDisk || kind == Kind::kStoreMember || kind == Kind::kStoreLeader;
 }
 
 absl::StatusOr<std::string> MakeWorld(const LastingStage& stage, const LastingPlan& plan) {
@@ -47,6 +54,21 @@ absl::StatusOr<std::string> MakeWorld(const LastingStage& stage, const LastingPl
   } catch (const std::exception& error) {
     return absl::UnavailableError(error.what());
   }
+}
+
+// Two deaths may take a region and its standby: then the world goes back to its checkpoint, of which it has one a
+// minute.
+absl::Status MakeCheckpoint(const LastingStage& stage, const std::string& instance) {
+  try {
+    local::Connection connection(stage.control());
+    v1::CheckpointInstanceRequest request;
+    request.set_id(instance);
+    connection.Call("instance checkpoint", connection.instances(), &v1::InstanceService::Stub::CheckpointInstance,
+                    request, kCheckpointPatience);
+  } catch (const std::exception& error) {
+    return absl::UnavailableError(error.what());
+  }
+  return absl::OkStatus();
 }
 
 // Empty: every region steps by the map in force, each with a standby that has all, and nothing is under way.
@@ -78,8 +100,10 @@ std::string Worded(const LastingGap& gap) {
 
 class LastingDrama {
  public:
-  LastingDrama(LastingStage& stage, LastingWitnesses& witnesses, const LastingPlan& plan)
-      : stage_(stage), witnesses_(witnesses), plan_(plan) {}
+  // `folder`: for backups.
+  LastingDrama(LastingStage& stage, LastingWitnesses& witnesses, const LastingPlan& plan, std::string instance,
+               std::string folder)
+      : stage_(stage), witnesses_(witnesses), plan_(plan), instance_(std::move(instance)), folder_(std::move(folder)) {}
 
   // The last reason why it is not; empty: it is.
   std::string WaitUntilWell(std::uint32_t regions = kLastingHosts, std::uint32_t players = 0) {
@@ -105,12 +129,26 @@ class LastingDrama {
 
   absl::StatusOr<LastingGap> Play(LastingFault& fault) {
     LastingGap gap{.kind = fault.kind};
-    AwaitLeader();
-    const double struck = witnesses_.Now();
+    if (absl::Status status = UntilDone([&] { return BackUp(); }); !status.ok()) return status;
+    if (StrikesTwice(fault.kind)) {
+      if (absl::Status status = UntilDone([&] { return MakeCheckpoint(stage_, instance_); }); !status.ok())
+        return status;
+    }
+    if (!backups_.empty()) fault.backup = backups_.front().file;
+    if (absl::Status status = UntilDone([&] { return Aim(fault, stage_); }); !status.ok()) return status;
+    const double struck = gap.struck = witnesses_.Now();
     if (absl::Status status = Strike(fault, stage_); !status.ok()) return status;
     plan_.tell(fmt::format("{:.1f} s: {} {} for {:.1f} s, leader {}", struck, NameOf(fault.kind), fault.which,
                            fault.hold_s, fault.leader));
-    std::this_thread::sleep_for(std::chrono::duration<double>(fault.hold_s));
+    if (fault.kind == Kind::kOldBackup) setbacks_.push_back({backups_.front().begun, witnesses_.Now()});
+    const std::chrono::duration<double> hold(fault.hold_s);
+    const auto first = StrikesTwice(fault.kind) ? kSecondBlow * hold : hold;
+    std::this_thread::sleep_for(first);
+    if (StrikesTwice(fault.kind)) {
+      if (absl::Status status = StrikeAgain(fault, stage_); !status.ok()) return status;
+      std::this_thread::sleep_for(hold - first);
+    }
+    gap.mended = witnesses_.Now();
     if (absl::Status status = Mend(fault, stage_); !status.ok()) return status;
     if (StrikesTheLeader(fault.kind)) {
       gap.leader_s = witnesses_.AcknowledgedAfter(struck, plan_.patience).value_or(struck - 1) - struck;
@@ -125,26 +163,72 @@ class LastingDrama {
     return gap;
   }
 
+  const std::vector<Setback>& setbacks() const { return setbacks_; }
+
  private:
+  struct Backup {
+    std::string file;
+    double begun = 0;
+  };
+
+  // One before each fault, where one of them is to be taken up; the oldest of the last ones comes first.
+  absl::Status BackUp() {
+    if (std::ranges::none_of(plan_.faults, [](const LastingFault& f) { return f.kind == Kind::kOldBackup; })) {
+      return absl::OkStatus();
+    }
+    Backup backup{fmt::format("{}/backup-{}", folder_, ++backups_made_), witnesses_.Now()};
+    if (absl::Status status = stage_.BackUp(backup.file); !status.ok()) return status;
+    backups_.push_back(std::move(backup));
+    if (backups_.size() > kBackupAge + 1) backups_.pop_front();
+    return absl::OkStatus();
+  }
   // A member of etcd that is back after a cut may have another elected once more, though the world is well.
-  void AwaitLeader() const {
+  absl::Status UntilDone(const std::function<absl::Status()>& attempt) const {
     const auto until = std::chrono::steady_clock::now() + plan_.patience;
-    while (!stage_.Leader() && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(50ms);
+    absl::Status status = attempt();
+    while (!status.ok() && std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(50ms);
+      status = attempt();
+    }
+    return status;
   }
 
   LastingStage& stage_;
   LastingWitnesses& witnesses_;
   const LastingPlan& plan_;
+  const std::string instance_, folder_;
   std::uint64_t map_ = 0;  // in force when it was well
+  std::deque<Backup> backups_;
+  std::size_t backups_made_ = 0;
+  std::vector<Setback> setbacks_;
 };
 
-void Judge(const History& history, const std::set<std::string>& hosts, LastingVerdict& verdict) {
+// A fault that strikes nothing would be measured as one that harms nothing.
+bool WasRefused(const std::vector<ChangeRecord>& changes, double from, double to) {
+  return std::ranges::any_of(changes, [&](const ChangeRecord& change) {
+    return !change.acknowledged && change.asked >= from && change.answered <= to;
+  });
+}
+
+void Judge(const History& history, const std::set<std::string>& hosts, const std::vector<Setback>& setbacks,
+           LastingVerdict& verdict) {
   const Stalls stalls = StallsOf(history.steps, history.until, kLeastStall_s);
-  verdict.lost = LostChanges(history.changes, hosts);
+  verdict.lost = LostChanges(history.changes, hosts, setbacks);
   verdict.two_writers = TwoWriters(history.writes);
   verdict.two_owners = TwoOwners(history.steps);
   verdict.false_running = FalseRunning(history.claims, stalls);
   verdict.false_degraded = FalseDegraded(history.claims, stalls);
+  for (LastingGap& gap : verdict.gaps) {
+    gap.false_running_s = verdict.false_running.Between(gap.struck, gap.well);
+    gap.false_degraded_s = verdict.false_degraded.Between(gap.struck, gap.well);
+  }
+  for (const LastingGap& gap : verdict.gaps) {
+    if (gap.kind == Kind::kFullStoreMinute && !WasRefused(history.changes, gap.struck, gap.mended)) {
+      verdict.not_well.push_back(
+          fmt::format("{} at {:.1f} s: the store took each change", NameOf(gap.kind), gap.struck));
+    }
+  }
+  verdict.late_s = history.late_s;
   verdict.changes = static_cast<std::size_t>(std::ranges::count_if(history.changes, &ChangeRecord::acknowledged));
   verdict.writes = history.writes.size();
   verdict.readings = history.steps.size();
@@ -154,13 +238,13 @@ void Judge(const History& history, const std::set<std::string>& hosts, LastingVe
 
 absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, LastingPlan plan) {
   const host::TemporaryFolder folder;
-  const auto stage = LastingStage::Start(network, folder.path(), plan.etcd_election);
+  const auto stage = LastingStage::Start(network, folder.path(), plan.setup);
   if (!stage.ok()) return stage.status();
   const auto instance = MakeWorld(**stage, plan);
   if (!instance.ok()) return instance.status();
   const auto witnesses = LastingWitnesses::Begin(**stage, *instance, plan.players);
   if (!witnesses.ok()) return witnesses.status();
-  LastingDrama drama(**stage, **witnesses, plan);
+  LastingDrama drama(**stage, **witnesses, plan, *instance, folder.path());
   if (const std::string why = drama.WaitUntilWell(kLastingHosts, plan.players); !why.empty()) {
     return absl::UnavailableError("the world never was well: " + why);
   }
@@ -170,7 +254,9 @@ absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, Las
     if (!gap.ok()) return gap.status();
     verdict.gaps.push_back(*gap);
     plan.tell(Worded(*gap));
-    if (const std::string why = drama.WaitUntilWell(); !why.empty()) {
+    const std::string why = drama.WaitUntilWell();
+    verdict.gaps.back().well = (*witnesses)->Now();
+    if (!why.empty()) {
       verdict.not_well.push_back(fmt::format("after {}: {}", NameOf(fault.kind), why));
       break;  // the next changes would be this one's
     }
@@ -179,7 +265,7 @@ absl::StatusOr<LastingVerdict> RunLasting(const local::HostNetwork& network, Las
   verdict.players_dropped = (*witnesses)->PlayersDropped();
   const auto hosts = (*witnesses)->KnownHosts();
   if (!hosts.ok()) return hosts.status();
-  Judge(history, *hosts, verdict);
+  Judge(history, *hosts, drama.setbacks(), verdict);
   return verdict;
 }
 

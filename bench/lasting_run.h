@@ -24,7 +24,7 @@ struct LastingPlan {
   std::vector<LastingFault> faults;
   std::uint32_t players = 1;
   std::uint32_t bodies = 40;
-  std::chrono::milliseconds etcd_election = kEtcdElection;
+  LastingSetup setup{};
   // How long one fault may take until all is well again.
   std::chrono::seconds patience{120};
   std::function<void(const std::string&)> tell = [](const std::string&) {};  // a line for people, as it goes
@@ -36,6 +36,9 @@ struct LastingGap {
   double leader_s = -1;    // until a change that was asked for after the strike was acknowledged
   double failover_s = -1;  // after a worker's death: until all regions of a later map stepped
   double orphan_s = -1;    // the same, from when somebody leads again
+  // Times of the history: the strike, its end, and all was well again, or it was given up.
+  double struck = 0, mended = 0, well = 0;
+  double false_running_s = 0, false_degraded_s = 0;  // said in that time
 };
 
 struct LastingVerdict {
@@ -44,6 +47,7 @@ struct LastingVerdict {
   std::vector<LastingGap> gaps;
   std::vector<std::string> not_well;  // faults after which the cluster was not well again in time, and why
   std::size_t changes = 0, writes = 0, readings = 0;
+  double late_s = 0;  // as the history's
 };
 
 // An error: the cluster could not be started, or a fault could not strike.

@@ -9,7 +9,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "bench/etcd_alarm.grpc.pb.h"
 #include "control_plane/etcd/etcd_election.h"
 #include "host/files.h"
 #include "host/last_lines.h"
@@ -28,7 +27,7 @@ constexpr std::size_t kMaxLastingFile = 4 << 20;
 constexpr char kEtcdPath[] = "/usr/bin/etcd", kOpensslPath[] = "/usr/bin/openssl";
 constexpr int kHeartbeatsAnElection = 10;
 constexpr std::uint64_t kAlarmedMember = 1;  // in its name the alarm is raised: none of them
-constexpr std::chrono::seconds kAlarmPatience{5};
+constexpr std::chrono::seconds kMemberPatience{5};
 constexpr std::uint64_t kLastingDisk = 64 << 20;  // bytes a host; memory, as far as it is used
 constexpr std::uint16_t kOperatorsPort = 7700, kPlayersPort = 7703, kEtcdPort = 2379, kEtcdPeerPort = 2380;
 constexpr const char* kProgramNames[] = {"control", "etcd", "host"};
@@ -78,9 +77,9 @@ std::vector<std::string> LastingStage::Arguments(Program program, std::uint32_t 
             peers,
             "--pre-vote",
             "--election-timeout",
-            absl::StrCat(election_.count()),
+            absl::StrCat(setup_.election.count()),
             "--heartbeat-interval",
-            absl::StrCat(election_.count() / kHeartbeatsAnElection),
+            absl::StrCat(setup_.election.count() / kHeartbeatsAnElection),
             "--initial-cluster",
             cluster,
             "--cert-file",
@@ -90,31 +89,32 @@ std::vector<std::string> LastingStage::Arguments(Program program, std::uint32_t 
   }
   if (program == Program::kControl) {
     const std::string own = network_.address(which);
-    return {local::ProgramPath("tessera-control"),
-            "--listen",
-            fmt::format("{}:{}", own, kOperatorsPort),
-            "--players-listen",
-            fmt::format("{}:{}", own, kPlayersPort),
-            "--metrics-listen",
-            "127.0.0.1:7701",
-            "--state-dir",
-            path(""),
-            "--ready-file",
-            path(".json"),
-            "--store",
-            absl::StrCat("etcd://", EtcdEndpoints(), "/", prefix()),
-            "--store-authority",
-            folder_ + "/etcd.pem",
-            "--checkpoints",
-            folder_ + "/checkpoints"};
+    std::vector<std::string> argv{local::ProgramPath("tessera-control"),
+                                  "--listen",
+                                  fmt::format("{}:{}", own, kOperatorsPort),
+                                  "--players-listen",
+                                  fmt::format("{}:{}", own, kPlayersPort),
+                                  "--metrics-listen",
+                                  "127.0.0.1:7701",
+                                  "--state-dir",
+                                  path(""),
+                                  "--ready-file",
+                                  path(".json"),
+                                  "--checkpoints",
+                                  folder_ + "/checkpoints"};
+    if (setup_.etcd) {
+      const std::string store = absl::StrCat("etcd://", EtcdEndpoints(), "/", prefix());
+      argv.insert(argv.end(), {"--store", store, "--store-authority", folder_ + "/etcd.pem"});
+    }
+    return argv;
   }
-  std::string controls;
-  for (std::uint32_t i = 0; i < kLastingControls; ++i) {
-    absl::StrAppend(&controls, i == 0 ? "" : ",", network_.address(i), ":", kOperatorsPort);
+  std::string doors;
+  for (std::uint32_t i = 0; i < controls(); ++i) {
+    absl::StrAppend(&doors, i == 0 ? "" : ",", network_.address(i), ":", kOperatorsPort);
   }
   return {local::ProgramPath("tessera-agent"),
           "--control",
-          controls,
+          doors,
           "--state-dir",
           path(""),
           "--ready-file",
@@ -139,15 +139,30 @@ absl::Status LastingStage::MakeEtcdCertificate() const {
   std::string names = "subjectAltName=";
   for (std::uint32_t i = 0; i < kLastingControls; ++i)
     absl::StrAppend(&names, i == 0 ? "IP:" : ",IP:", network_.address(i));
-  auto made =
-      host::ChildProcess::Start({.argv = {kOpensslPath, "req", "-x509", "-newkey", "ec", "-pkeyopt",
-                                          "ec_paramgen_curve:P-256", "-nodes", "-keyout", folder_ + "/etcd.key", "-out",
-                                          folder_ + "/etcd.pem", "-days", "2", "-subj", "/CN=etcd", "-addext", names},
-                                 .log_path = folder_ + "/openssl.log"});
-  if (!made.ok()) return made.status();
-  const auto ended = made->Wait(kLastingPatience);
+  return RunToItsEnd(
+      {kOpensslPath, "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-keyout",
+       folder_ + "/etcd.key", "-out", folder_ + "/etcd.pem", "-days", "2", "-subj", "/CN=etcd", "-addext", names},
+      "openssl");
+}
+
+absl::Status LastingStage::RunToItsEnd(const std::vector<std::string>& argv, const char* log) const {
+  const std::string path = fmt::format("{}/{}.log", folder_, log);
+  auto run = host::ChildProcess::Start({.argv = argv, .log_path = path});
+  if (!run.ok()) return run.status();
+  const auto ended = run->Wait(kLastingPatience);
   if (ended && ended->Clean()) return absl::OkStatus();
-  return absl::UnavailableError("openssl" + host::LastLinesText(folder_ + "/openssl.log", 3));
+  return absl::UnavailableError(log + host::LastLinesText(path, 3));
+}
+
+absl::Status LastingStage::StartEtcd() {
+  absl::Status status = MakeEtcdCertificate();
+  for (std::uint32_t i = 0; i < kLastingControls && status.ok(); ++i) {
+    auto slow = SlowFsync::Begin();
+    if (!slow.ok()) return slow.status();
+    slow_.at(i) = *std::move(slow);
+    status = Launch(Program::kEtcd, i);
+  }
+  return status.ok() ? ConnectEtcd() : status;
 }
 
 absl::Status LastingStage::Launch(Program program, std::uint32_t which) {
@@ -156,7 +171,8 @@ absl::Status LastingStage::Launch(Program program, std::uint32_t which) {
   const std::vector<std::string> own = Arguments(program, which);
   argv.insert(argv.end(), own.begin(), own.end());
   fs::remove(Path(program, which, ".json"));
-  auto started = host::ChildProcess::Start({.argv = argv, .log_path = Path(program, which, ".log")});
+  const host::ProcessSpec spec{.argv = argv, .log_path = Path(program, which, ".log")};
+  auto started = program == Program::kEtcd ? slow_.at(which)->Start(spec) : host::ChildProcess::Start(spec);
   if (!started.ok()) return started.status();
   processes_.at(IndexOf(program)).at(which) = *std::move(started);
   return absl::OkStatus();
@@ -176,11 +192,9 @@ std::string LastingStage::LastWords(Program program, std::uint32_t which) const 
 }
 
 absl::StatusOr<std::unique_ptr<LastingStage>> LastingStage::Start(const local::HostNetwork& network,
-                                                                  const std::string& folder,
-                                                                  std::chrono::milliseconds election) {
-  std::unique_ptr<LastingStage> stage(new LastingStage(network, folder, election));
-  absl::Status status = stage->MakeEtcdCertificate();
-  for (std::uint32_t i = 0; i < kLastingControls && status.ok(); ++i) status = stage->Launch(Program::kEtcd, i);
+                                                                  const std::string& folder, LastingSetup setup) {
+  std::unique_ptr<LastingStage> stage(new LastingStage(network, folder, setup));
+  absl::Status status = setup.etcd ? stage->StartEtcd() : absl::OkStatus();
   if (status.ok()) status = stage->StartControls();
   if (status.ok()) status = stage->TakeRights();
   if (status.ok()) status = stage->StartHosts();
@@ -188,8 +202,7 @@ absl::StatusOr<std::unique_ptr<LastingStage>> LastingStage::Start(const local::H
   return stage;
 }
 
-// The first one that leads makes the authority, and the seal that the others need.
-absl::Status LastingStage::StartControls() {
+absl::Status LastingStage::ConnectEtcd() {
   const auto authority = host::ReadFile(folder_ + "/etcd.pem", kMaxLastingFile);
   if (!authority.ok()) return authority.status();
   control::EtcdAddress address{
@@ -202,7 +215,17 @@ absl::Status LastingStage::StartControls() {
   if (const auto up = etcd_->Range(request, kLastingPatience); !up.ok()) {
     return absl::UnavailableError(absl::StrCat(up.status().message(), LastWords(Program::kEtcd, 0)));
   }
-  for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+  return absl::OkStatus();
+}
+
+// The first one that leads makes the authority, and the seal that the others need.
+absl::Status LastingStage::StartControls() {
+  if (!setup_.etcd) {
+    auto disk = SmallDisk::Mount(Path(Program::kControl, 0, ""), kLastingDisk);
+    if (!disk.ok()) return disk.status();
+    store_disk_ = *std::move(disk);
+  }
+  for (std::uint32_t i = 0; i < controls(); ++i) {
     std::error_code error;
     fs::create_directories(Path(Program::kControl, i, ""), error);
     if (i > 0) fs::copy(Path(Program::kControl, 0, "/seal.key"), Path(Program::kControl, i, "/seal.key"), error);
@@ -222,7 +245,7 @@ absl::Status LastingStage::TakeRights() {
     request.set_name("lasting");
     request.set_role(v1::ROLE_ADMINISTRATOR);
     control_.credentials.bearer_token = socket.Call("token", socket.access(), &Access::CreateToken, request).secret();
-    for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+    for (std::uint32_t i = 0; i < controls(); ++i) {
       const char* comma = i == 0 ? "" : ",";
       absl::StrAppend(&control_.address, comma, network_.address(i), ":", kOperatorsPort, "#", authority.fingerprint());
       absl::StrAppend(&players_, comma, network_.address(i), ":", kPlayersPort, "#", authority.fingerprint());
@@ -290,6 +313,7 @@ LastingStage::~LastingStage() {
 // --- What is so.
 
 std::optional<std::uint32_t> LastingStage::Leader() const {
+  if (!setup_.etcd) return 0;
   etcdserverpb::RangeRequest request;
   request.set_key(absl::StrCat(prefix(), "/leader"));
   const auto found = etcd_->Range(request, std::chrono::seconds(1));
@@ -297,6 +321,19 @@ std::optional<std::uint32_t> LastingStage::Leader() const {
   const auto address = control::ReadLeaderAddress(found->kvs(0).value());
   for (std::uint32_t i = 0; address && i < kLastingControls; ++i) {
     if (address->operators == fmt::format("{}:{}", network_.address(i), kOperatorsPort)) return i;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::uint32_t> LastingStage::StoreLeader() const {
+  for (std::uint32_t i = 0; i < kLastingControls; ++i) {
+    const auto member = Maintenance(i);
+    if (!member.ok()) return std::nullopt;
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kMemberPatience);
+    etcdserverpb::StatusResponse response;
+    if (!(*member)->Status(&context, {}, &response).ok()) continue;
+    if (response.leader() != 0 && response.leader() == response.header().member_id()) return i;
   }
   return std::nullopt;
 }
@@ -342,26 +379,56 @@ absl::Status LastingStage::Restart(Program program, std::uint32_t which) {
 // By the alarm that a member raises when its database has reached its quota: all members then refuse what takes room.
 // Raising it by real writes takes gigabytes, and a repair that no caller of the API can make while it holds.
 absl::Status LastingStage::SetStoreFull(bool full) const {
-  const auto authority = host::ReadFile(folder_ + "/etcd.pem", kMaxLastingFile);
-  if (!authority.ok()) return authority.status();
-  grpc::SslCredentialsOptions trusted;
-  trusted.pem_root_certs = *authority;
-  const auto credentials = grpc::SslCredentials(trusted);
+  if (!setup_.etcd) {
+    if (full) return store_disk_->Fill();
+    store_disk_->Free();
+    return absl::OkStatus();
+  }
   etcdserverpb::AlarmRequest request;
   request.set_action(full ? etcdserverpb::AlarmRequest::ACTIVATE : etcdserverpb::AlarmRequest::DEACTIVATE);
   request.set_memberid(kAlarmedMember);
   request.set_alarm(etcdserverpb::NOSPACE);
   grpc::Status status;
   for (std::uint32_t i = 0; i < kLastingControls; ++i) {  // any member tells all
-    const auto stub = etcdserverpb::Maintenance::NewStub(
-        grpc::CreateChannel(fmt::format("{}:{}", network_.address(i), kEtcdPort), credentials));
+    const auto member = Maintenance(i);
+    if (!member.ok()) return member.status();
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + kAlarmPatience);
+    context.set_deadline(std::chrono::system_clock::now() + kMemberPatience);
     etcdserverpb::AlarmResponse response;
-    status = stub->Alarm(&context, request, &response);
+    status = (*member)->Alarm(&context, request, &response);
     if (status.ok()) return absl::OkStatus();
   }
   return absl::UnavailableError(absl::StrCat("the alarm of etcd: ", status.error_message()));
+}
+
+absl::StatusOr<std::unique_ptr<etcdserverpb::Maintenance::Stub>> LastingStage::Maintenance(std::uint32_t member) const {
+  const auto authority = host::ReadFile(folder_ + "/etcd.pem", kMaxLastingFile);
+  if (!authority.ok()) return authority.status();
+  grpc::SslCredentialsOptions trusted;
+  trusted.pem_root_certs = *authority;
+  const std::string address = fmt::format("{}:{}", network_.address(member), kEtcdPort);
+  return etcdserverpb::Maintenance::NewStub(grpc::CreateChannel(address, grpc::SslCredentials(trusted)));
+}
+
+absl::Status LastingStage::BackUp(const std::string& file) const {
+  const auto leader = Leader();
+  if (!leader) return absl::UnavailableError("nobody leads");
+  return RunToItsEnd({local::ProgramPath("tessera"), "--control",
+                      "unix:" + Path(Program::kControl, *leader, "/control.sock"), "cluster", "backup", file},
+                     "backup");
+}
+
+absl::Status LastingStage::BeginFrom(const std::string& backup) const {
+  etcdserverpb::TxnRequest request;
+  etcdserverpb::DeleteRangeRequest& all = *request.add_success()->mutable_request_delete_range();
+  all.set_key(absl::StrCat(prefix(), "/"));
+  all.set_range_end(control::EtcdRangeEnd(all.key()));
+  if (const auto emptied = etcd_->Write(request, kMemberPatience); !emptied.ok()) return emptied.status();
+  std::vector<std::string> argv = network_.Enter(0);
+  const std::vector<std::string> own = Arguments(Program::kControl, 0);
+  argv.insert(argv.end(), own.begin(), own.end());
+  argv.insert(argv.end(), {"--restore", backup});
+  return RunToItsEnd(argv, "restore");
 }
 
 void LastingStage::SignalHost(std::uint32_t host, int signal) const {

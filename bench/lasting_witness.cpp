@@ -89,7 +89,8 @@ absl::StatusOr<std::unique_ptr<LastingWitnesses>> LastingWitnesses::Begin(const 
   self.channels_->world = v1::InstanceService::NewStub(*channel);
   self.threads_.emplace_back([&self] { self.MakeChanges(); });
   self.threads_.emplace_back([&self] { self.AskForTheWorld(); });
-  self.threads_.emplace_back([&self] { self.FollowWrites(); });
+  self.threads_.emplace_back([&self] { self.Doze(); });
+  if (stage.etcd() != nullptr) self.threads_.emplace_back([&self] { self.FollowWrites(); });
   for (std::uint32_t i = 0; i < kLastingHosts; ++i) self.threads_.emplace_back([&self, i] { self.ReadWorkers(i); });
   self.LetPlay(players);
   return result;
@@ -309,7 +310,7 @@ void LastingWitnesses::FollowWrites() {
     request.set_key(absl::StrCat(LastingStage::prefix(), "/head"));
     bool whole = false;
     while (!whole) {
-      const auto head = stage_.etcd().Range(request, 3s);
+      const auto head = stage_.etcd()->Range(request, 3s);
       if (!head.ok() || head->kvs_size() == 0) break;
       const std::int64_t revision = head->kvs(0).mod_revision();
       whole = revision <= known;
@@ -327,6 +328,18 @@ void LastingWitnesses::FollowWrites() {
       history_.writes.insert(history_.writes.end(), found.rbegin(), found.rend());
     }
     if (!last_round) std::this_thread::sleep_for(kWritesPause);
+  }
+}
+
+// --- How late witnesses are, on a machine that is busy.
+
+void LastingWitnesses::Doze() {
+  while (!ended_) {
+    const double slept = Now();
+    std::this_thread::sleep_for(kReadPause);
+    const double late = Now() - slept - std::chrono::duration<double>(kReadPause).count();
+    const std::lock_guard lock(mutex_);
+    history_.late_s = std::max(history_.late_s, late);
   }
 }
 

@@ -67,6 +67,7 @@ class LastingWitnesses {
   void Play(std::uint32_t number);
   void Drop(std::uint32_t number, const absl::Status& why);
   void FollowWrites();
+  void Doze();
   bool WaitFor(const std::function<bool()>& holds, std::chrono::seconds patience) const;
 
   const LastingStage& stage_;
