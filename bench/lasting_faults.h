@@ -62,7 +62,7 @@ std::vector<LastingFault> DrawFaults(std::uint64_t seed, std::size_t count);
 // True if a second blow belongs to it, some time after the first.
 bool StrikesTwice(LastingFaultKind kind);
 
-// Who is to be struck, as it is now. UNAVAILABLE: nobody leads.
+// Finds whom to strike, as things are now. UNAVAILABLE: nobody leads.
 absl::Status Aim(LastingFault& fault, const LastingStage& stage);
 // UNAVAILABLE: no worker runs, which is to be struck, or no store can be restored.
 absl::Status Strike(LastingFault& fault, LastingStage& stage);

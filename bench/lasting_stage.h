@@ -75,7 +75,7 @@ class LastingStage {
 
   // As etcd says; nothing while nobody leads. The only one leads always.
   std::optional<std::uint32_t> Leader() const;
-  // Of etcd's members, as they say; nothing while none of them is known to lead.
+  // The leader of etcd's members, as they say; nothing while none of them is known to lead.
   std::optional<std::uint32_t> StoreLeader() const;
   std::vector<Worker> WorkersOn(std::uint32_t host) const;
 
