@@ -68,7 +68,7 @@ void Tell(const std::vector<std::string>& lines) {
   for (const std::string& line : lines) std::cerr << "lasting: " << line << "\n";
 }
 
-// Of the faults for a minute alone, the worst of them.
+// Those of the faults for a minute alone, the worst of them.
 void AddFullDisk(const LastingVerdict& verdict, const char* config, Report& report) {
   std::vector<double> running, degraded;
   for (const LastingGap& gap : verdict.gaps) {

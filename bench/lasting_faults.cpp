@@ -120,7 +120,7 @@ absl::Status Aim(LastingFault& fault, const LastingStage& stage) {
   if (fault.kind != Kind::kStoreMember && fault.kind != Kind::kStoreLeader) return absl::OkStatus();
   const auto store = stage.StoreLeader();
   if (!store) return absl::UnavailableError("nobody leads among etcd's members");
-  // Of the two others one dies, by `which`, and the other is slow.
+  // One of the two others dies, by `which`, and the last one is slow.
   fault.store_leader = *store;
   fault.store_killed = (*store + 1 + fault.which % 2) % kLastingControls;
   fault.store_slow = (*store + 2 - fault.which % 2) % kLastingControls;
