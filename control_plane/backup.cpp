@@ -1,6 +1,7 @@
 #include "control_plane/backup.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -81,9 +82,15 @@ absl::Status WriteBackup(const Store& store, const std::function<absl::Status(st
   return sink(file);
 }
 
-void Raise(records::Counters& counters) {
-  counters.set_last_host(counters.last_host() + kRestoreJump);
-  counters.set_last_instance(counters.last_instance() + kRestoreJump);
+void Raise(records::Counters& counters, const RandomBytes& random) {
+  const auto above = [&random](std::uint64_t number) {
+    std::uint64_t drawn = 0;
+    const std::string bytes = random(sizeof drawn);
+    std::memcpy(&drawn, bytes.data(), sizeof drawn);
+    return number + kRestoreJump + drawn % kRestoreSpread;
+  };
+  counters.set_last_host(above(counters.last_host()));
+  counters.set_last_instance(above(counters.last_instance()));
   counters.set_lives(counters.lives() + kRestoreJump);
   counters.set_recovering(true);
   counters.set_restored_life(counters.lives());
@@ -101,7 +108,7 @@ void Raise(records::Revocations& record) {
   record.set_lost_up_to(record.number());
 }
 
-absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store) {
+absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store, const RandomBytes& random) {
   auto puts = ReadBackup(file);
   if (!puts.ok()) return puts.status();
   const auto there = store.List("");
@@ -119,7 +126,7 @@ absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store)
   }
   for (StoreOp& put : *puts) {
     if (put.key == kCountersKey) {
-      Raise(records->counters.record);
+      Raise(records->counters.record, random);
       put.value = records->counters.record.SerializeAsString();
     }
     if (put.key == kRevocationsKey) {

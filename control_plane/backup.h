@@ -23,6 +23,7 @@
 
 #include "absl/status/status.h"
 #include "control_plane/control_records.pb.h"
+#include "control_plane/secrets.h"
 #include "control_plane/store.h"
 
 namespace tessera::control {
@@ -30,6 +31,9 @@ namespace tessera::control {
 // By so much lives, incarnations, maps, players and ids are higher after a restore than the backup has them: more than
 // anybody makes between two backups, and few enough that 32 bits take hundreds of restores.
 inline constexpr std::uint64_t kRestoreJump = 1'000'000;
+// Ids of hosts and instances are higher by a drawn number below this besides: of two restores of one backup, the second
+// does not know what the first has given out, and agents' revocations name hosts of the first.
+inline constexpr std::uint64_t kRestoreSpread = 10'000'000;
 // Restores in the life of a cluster: a host that shows the orders of a later life than so many could have had is not
 // believed, or one that was taken over would use up the lives.
 inline constexpr std::uint64_t kMostRestores = 100;
@@ -45,10 +49,11 @@ struct RestoreReport {
 // DATA_LOSS: the file is damaged or cut short, or has a record that cannot be read, which is named;
 // INVALID_ARGUMENT: it is no backup, or of a newer version; FAILED_PRECONDITION: the store is not empty. Nothing was
 // written then.
-absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store);
+absl::StatusOr<RestoreReport> RestoreBackup(std::string_view file, Store& store,
+                                            const RandomBytes& random = SystemRandomBytes);
 
 // The record with its numbers above all that may have been given since.
-void Raise(records::Counters& counters);
+void Raise(records::Counters& counters, const RandomBytes& random);
 void Raise(records::Instance& record);
 void Raise(records::Revocations& record);
 

@@ -30,7 +30,7 @@ void ClusterHarness::BeginFrom(const std::string& backup) {
   const auto stored = store.List("");
   for (const StoreEntry& entry : *stored) all.push_back(DeleteOp(entry.key, entry.revision));
   ASSERT_TRUE(store.Txn(all).ok());
-  ASSERT_TRUE(RestoreBackup(backup, store).ok());
+  ASSERT_TRUE(RestoreBackup(backup, store, [](std::size_t n) { return std::string(n, '\0'); }).ok());
   Load();
 }
 

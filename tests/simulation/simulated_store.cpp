@@ -51,7 +51,13 @@ bool SimulatedStore::BeginFrom(const std::string& backup) {
   std::vector<control::StoreOp> all;
   const auto stored = kept_.List("");
   for (const control::StoreEntry& entry : *stored) all.push_back(control::DeleteOp(entry.key, entry.revision));
-  return kept_.Txn(all).ok() && control::RestoreBackup(backup, kept_).ok();
+  // Each restore draws ids of its own, the same in every run of a seed.
+  const auto drawn = [number = ++restores_](std::size_t n) {
+    std::string bytes(n, '\0');
+    bytes[1] = static_cast<char>(number);
+    return bytes;
+  };
+  return kept_.Txn(all).ok() && control::RestoreBackup(backup, kept_, drawn).ok();
 }
 
 // --- One control plane's way to it.

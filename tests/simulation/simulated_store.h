@@ -91,6 +91,7 @@ class SimulatedStore {
 
   const Timeline& timeline_;
   control::MemoryStore kept_;
+  std::uint8_t restores_ = 0;
   std::map<std::uint64_t, SimulatedCheckpoint> checkpoints_;
   std::int64_t token_ = 0;
   std::uint32_t leader_ = 0;
