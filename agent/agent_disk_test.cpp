@@ -37,13 +37,13 @@ TEST_F(AgentDiskTest, AStateFolderThatIsFullIsToldUntilThereIsRoom) {
   ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
   HoldWorkers();
   EXPECT_THAT(Metrics(), HasSubstr("\ntessera_agent_state_failing 0"));
-  EXPECT_THAT(Metrics(), HasSubstr("\ntessera_host_disk_size_bytes 4194304"));
+  EXPECT_THAT(Metrics(), HasSubstr("\ntessera_agent_disk_size_bytes 4194304"));
 
   const std::string filler = absl::StrCat("/proc/", agent->pid(), "/root", state_dir_, "/filler");
   std::ofstream file(filler);
   while (file << std::string(4096, 'x') << std::flush) {
   }
-  EXPECT_THAT(Metrics(), HasSubstr("\ntessera_host_disk_available_bytes 0"));
+  EXPECT_THAT(Metrics(), HasSubstr("\ntessera_agent_disk_available_bytes 0"));
   const auto change = [&](std::uint64_t revision) {
     control_.SetDesired({Order(1, revision)});
     return control_.WaitUntil([=](const ControlRecord& r) { return r.acted_on == revision; });

@@ -19,9 +19,9 @@ std::vector<prometheus::MetricFamily> DiskMetrics::Collect() const {
   const auto bytes = [&](fsblkcnt_t blocks) {
     return static_cast<double>(blocks) * static_cast<double>(disk.f_frsize);
   };
-  return {DiskBytes("tessera_host_disk_available_bytes",
+  return {DiskBytes("tessera_agent_disk_available_bytes",
                     "Bytes that can still be written to the disk of the agent's state", bytes(disk.f_bavail)),
-          DiskBytes("tessera_host_disk_size_bytes", "Size of the disk of the agent's state", bytes(disk.f_blocks))};
+          DiskBytes("tessera_agent_disk_size_bytes", "Size of the disk of the agent's state", bytes(disk.f_blocks))};
 }
 
 }  // namespace tessera::telemetry

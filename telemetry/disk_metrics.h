@@ -1,7 +1,7 @@
 // DiskMetrics: the room on the disk that a folder lies on, asked for when somebody asks.
 //
 //   auto disk = std::make_shared<DiskMetrics>("/var/lib/tessera/agent");
-//   server->AddCollectable(disk);     // tessera_host_disk_available_bytes, tessera_host_disk_size_bytes
+//   server->AddCollectable(disk);     // tessera_agent_disk_available_bytes, tessera_agent_disk_size_bytes
 //
 // Available is what a process may still write that is not root's, as df says it. Thread rule: any thread.
 #pragma once

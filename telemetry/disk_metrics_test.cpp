@@ -19,9 +19,9 @@ TEST(DiskMetricsTest, TellWhatTheFoldersDiskHasAndCanStillTake) {
     bytes[family.name] = family.metric.at(0).gauge.value;
   }
   const std::filesystem::space_info space = std::filesystem::space(folder.path());
-  EXPECT_EQ(bytes.at("tessera_host_disk_size_bytes"), static_cast<double>(space.capacity));
+  EXPECT_EQ(bytes.at("tessera_agent_disk_size_bytes"), static_cast<double>(space.capacity));
   // Others write to it meanwhile.
-  EXPECT_NEAR(bytes.at("tessera_host_disk_available_bytes"), static_cast<double>(space.available),
+  EXPECT_NEAR(bytes.at("tessera_agent_disk_available_bytes"), static_cast<double>(space.available),
               0.1 * static_cast<double>(space.capacity));
 }
 

@@ -68,6 +68,7 @@ std::set<std::string> WithoutPanel() {
       "tessera_region_failovers_total",
       // Another metric that is shown says as much.
       "tessera_region_world_paused",
+      "tessera_control_under_way",
       "tessera_agent_heartbeats_total",
       "tessera_game_published_total",
       "tessera_game_callback_calls_total",

@@ -116,7 +116,8 @@ TEST_F(PrometheusTest, EveryListedMetricIsExported) {
   const auto none_missing = [&] {
     missing.clear();
     for (const MetricInfo& metric : ListedMetrics()) {
-      if (HasLabelsOfAGame(metric.name)) continue;  // this world runs none
+      if (HasLabelsOfAGame(metric.name)) continue;               // this world runs none
+      if (metric.name == "tessera_control_under_way") continue;  // and is not on its way to anything
       const std::string series = metric.type == "histogram" ? metric.name + "_bucket" : metric.name;
       if (prometheus().Query("count(" + series + ")").empty()) missing.insert(metric.name);
     }
