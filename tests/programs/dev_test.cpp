@@ -170,7 +170,7 @@ TEST_F(DevTest, ALastingSuiteFailsWherePackagesDoNotPassAndKeepsTheirTimeWhereTh
   Fake("bin/dpkg-query", "printf installed");
   Fake("bin/sudo", "exec \"$@\"");
   Fake("bin/git", "case \"$*\" in *rev-parse*) echo abc7 ;; *) echo 1 ;; esac");
-  Fake("bin/cpack", "touch build/packages/one.deb");
+  Fake("bin/cpack", "while [[ $1 != -B ]]; do shift; done; echo made >\"$2/one.deb\"");
   Fake("build/release/bin/tessera-bench", "echo \"with $TESSERA_OTHER_RELEASE\" >>'" + Path("calls") + "'");
   const auto run = [&] {
     host::WatchedProgram bench({"/usr/bin/env", "PATH=" + Path("bin") + ":/usr/bin:/bin", "TESSERA_SLOWNESS=1",
