@@ -16,6 +16,7 @@
 #include "control_plane/release.h"
 #include "control_plane/report_limits.h"
 #include "core/world/limits.h"
+#include "host/socket_address.h"
 
 namespace tessera::control {
 namespace {
@@ -60,10 +61,7 @@ absl::Status CheckSizes(const v1::AgentHello& hello) {
   return absl::OkStatus();
 }
 
-bool AtLoopback(const HostEntry& host) {
-  const std::string& address = host.record.advertise_address();
-  return address.starts_with("127.") || address == "localhost";
-}
+bool AtLoopback(const HostEntry& host) { return host::IsLoopback(host.record.advertise_address()); }
 
 std::string LoopbackNote(const HostEntry& host) {
   return absl::StrCat("advertises ", host.record.advertise_address(),

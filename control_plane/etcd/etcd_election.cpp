@@ -109,8 +109,9 @@ bool EtcdElection::EndTermOfGone(const pb::KeyValue& leader, LeaderProbe& probe)
   EtcdFence{.key = key_, .token = term}.AddTo(request);
   request.add_success()->mutable_request_delete_range()->set_key(key_);
   const auto ended = client_.Write(request, kElectionPatience);
-  if (ended.ok()) spdlog::warn("leader's process is gone leader=\"{}\" token={}", leader.value(), term);
-  return ended.ok();
+  if (!ended.ok() || !ended->succeeded()) return false;  // another leads by now, or the next look tries again
+  spdlog::warn("leader's process is gone leader=\"{}\" token={}", leader.value(), term);
+  return true;
 }
 
 // A member of etcd that was elected meanwhile has given each lease all of its time anew, so without this the key of a
