@@ -1,7 +1,7 @@
 #include "control_plane/players.h"
 
 #include <algorithm>
-#include <numeric>
+#include <functional>
 
 #include "absl/strings/str_cat.h"
 
@@ -15,30 +15,42 @@ auto PlaceIn(List& players, std::uint32_t number) {
       [](const records::StoredPlayer& known, std::uint32_t wanted) { return known.player().number() < wanted; });
 }
 
+std::uint64_t HashOfId(std::string_view player_id) { return std::hash<std::string_view>()(player_id); }
+
 }  // namespace
 
 std::size_t Players::size() const {
   std::size_t sum = 0;
-  for (const auto& bucket : buckets_) sum += bucket == nullptr ? 0 : static_cast<std::size_t>(bucket->players_size());
+  for (const auto& bucket : buckets_) {
+    sum += bucket == nullptr ? 0 : static_cast<std::size_t>(bucket->kept.players_size());
+  }
   return sum;
 }
 
-std::size_t Players::present() const { return std::accumulate(present_.begin(), present_.end(), std::size_t{0}); }
+std::size_t Players::present() const {
+  std::size_t sum = 0;
+  for (const auto& bucket : buckets_) sum += bucket == nullptr ? 0 : bucket->present;
+  return sum;
+}
 
 const records::StoredPlayer* Players::Find(std::uint32_t number) const {
   const auto& bucket = buckets_[number % kBuckets];
   if (bucket == nullptr) return nullptr;
-  const auto place = PlaceIn(bucket->players(), number);
-  return place == bucket->players().end() || place->player().number() != number ? nullptr : &*place;
+  const auto place = PlaceIn(bucket->kept.players(), number);
+  return place == bucket->kept.players().end() || place->player().number() != number ? nullptr : &*place;
 }
 
 std::uint32_t Players::FindId(std::string_view player_id) const {
-  std::uint32_t found = 0;
-  if (player_id.empty()) return found;
-  ForEach([&](const records::StoredPlayer& known) {
-    if (!known.player().left() && known.player().player_id() == player_id) found = known.player().number();
-  });
-  return found;
+  if (player_id.empty()) return 0;
+  const std::uint64_t hash = HashOfId(player_id);
+  for (const auto& bucket : buckets_) {
+    if (bucket == nullptr) continue;
+    auto at = std::lower_bound(bucket->by_id.begin(), bucket->by_id.end(), std::pair(hash, std::uint32_t{0}));
+    for (; at != bucket->by_id.end() && at->first == hash; ++at) {
+      if (Find(at->second)->player().player_id() == player_id) return at->second;
+    }
+  }
+  return 0;
 }
 
 std::vector<const records::StoredPlayer*> Players::All() const {
@@ -98,8 +110,8 @@ Players::Changes Players::ChangesSince(const Players& before) const {
   static const records::PlayerBucket kNobody;
   Changes changes;
   for (const std::uint32_t index : BucketsUnlike(before)) {
-    const auto& now = (buckets_[index] == nullptr ? kNobody : *buckets_[index]).players();
-    const auto& then = (before.buckets_[index] == nullptr ? kNobody : *before.buckets_[index]).players();
+    const auto& now = (buckets_[index] == nullptr ? kNobody : buckets_[index]->kept).players();
+    const auto& then = (before.buckets_[index] == nullptr ? kNobody : before.buckets_[index]->kept).players();
     auto old = then.begin();
     for (const records::StoredPlayer& known : now) {
       const std::uint32_t number = known.player().number();
@@ -119,14 +131,23 @@ Players::Changes Players::ChangesSince(const Players& before) const {
 }
 
 records::PlayerBucket Players::CopyOf(std::uint32_t index) const {
-  return buckets_[index] == nullptr ? records::PlayerBucket() : *buckets_[index];
+  return buckets_[index] == nullptr ? records::PlayerBucket() : buckets_[index]->kept;
 }
 
-void Players::Keep(std::uint32_t index, records::PlayerBucket bucket) {
-  present_[index] = static_cast<std::uint32_t>(std::ranges::count_if(
-      bucket.players(), [](const records::StoredPlayer& known) { return !known.player().left(); }));
-  buckets_[index] =
-      bucket.players().empty() ? nullptr : std::make_shared<const records::PlayerBucket>(std::move(bucket));
+void Players::Keep(std::uint32_t index, records::PlayerBucket kept) {
+  if (kept.players().empty()) {
+    buckets_[index] = nullptr;
+    return;
+  }
+  Bucket bucket{.kept = std::move(kept)};
+  for (const records::StoredPlayer& known : bucket.kept.players()) {
+    if (known.player().left()) continue;
+    ++bucket.present;
+    const std::string& id = known.player().player_id();
+    if (!id.empty()) bucket.by_id.emplace_back(HashOfId(id), known.player().number());
+  }
+  std::ranges::sort(bucket.by_id);
+  buckets_[index] = std::make_shared<const Bucket>(std::move(bucket));
 }
 
 }  // namespace tessera::control

@@ -9,9 +9,11 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -28,7 +30,8 @@ class Players {
 
   // Null: there is none with this number. It lives until this value changes.
   const records::StoredPlayer* Find(std::uint32_t number) const;
-  // The number of the player who is there, by the id of its ticket; 0: none.
+  // The number of the player who is there, by the id of its ticket; 0: none. It takes a look at each bucket, not at each
+  // player, for every join with a ticket asks.
   std::uint32_t FindId(std::string_view player_id) const;
   // All, ascending by number. They live until this value changes.
   std::vector<const records::StoredPlayer*> All() const;
@@ -36,7 +39,7 @@ class Players {
   void ForEach(const Function& function) const {  // in no order
     for (const auto& bucket : buckets_) {
       if (bucket == nullptr) continue;
-      for (const records::StoredPlayer& known : bucket->players()) function(known);
+      for (const records::StoredPlayer& known : bucket->kept.players()) function(known);
     }
   }
 
@@ -55,7 +58,9 @@ class Players {
 
   // --- Buckets, in which they are stored.
   // Null: it is empty.
-  const records::PlayerBucket* bucket(std::uint32_t index) const { return buckets_[index].get(); }
+  const records::PlayerBucket* bucket(std::uint32_t index) const {
+    return buckets_[index] == nullptr ? nullptr : &buckets_[index]->kept;
+  }
   // INVALID_ARGUMENT: the index is none, or a number is 0, of another bucket, or not above the one before it.
   absl::Status SetBucket(std::uint32_t index, records::PlayerBucket bucket);
   // Those of which the two do not share what is in them.
@@ -71,11 +76,17 @@ class Players {
   Changes ChangesSince(const Players& before) const;
 
  private:
-  records::PlayerBucket CopyOf(std::uint32_t index) const;
-  void Keep(std::uint32_t index, records::PlayerBucket bucket);
+  struct Bucket {
+    records::PlayerBucket kept;
+    std::size_t present = 0;  // those that have not left
+    // Hash of the id, and number, of each of those that have one; ascending.
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> by_id{};
+  };
 
-  std::array<std::shared_ptr<const records::PlayerBucket>, kBuckets> buckets_;  // null: empty
-  std::array<std::uint32_t, kBuckets> present_{};                               // those of each that have not left
+  records::PlayerBucket CopyOf(std::uint32_t index) const;
+  void Keep(std::uint32_t index, records::PlayerBucket kept);
+
+  std::array<std::shared_ptr<const Bucket>, kBuckets> buckets_;  // null: empty
 };
 
 }  // namespace tessera::control

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
 #include <string>
+#include <utility>
 
 namespace tessera::control {
 namespace {
@@ -48,6 +50,51 @@ TEST(PlayersTest, WhoHasLeftIsNotPresentNorFoundByItsId) {
   EXPECT_EQ(players.present(), 2U);
   EXPECT_EQ(players.size(), 3U);
   EXPECT_EQ(players.FindId("bob"), 0U);
+}
+
+// Ten thousand come, change, leave and are forgotten: at each moment ids find whom a look at everybody would.
+TEST(PlayersTest, IdsFindWhoIsThereAmongTenThousand) {
+  constexpr std::uint32_t kPlayers = 10'000;
+  const auto id_of = [](std::uint32_t number) { return "player-" + std::to_string(number); };
+  Players players;
+  for (std::uint32_t bucket = 0; bucket < Players::kBuckets; ++bucket) {
+    records::PlayerBucket stored;
+    for (std::uint32_t number = bucket; number <= kPlayers; number += Players::kBuckets) {
+      if (number != 0) *stored.add_players() = Player(number, number % 7 == 0 ? "" : id_of(number));
+    }
+    ASSERT_TRUE(players.SetBucket(bucket, std::move(stored)).ok());
+  }
+  const Players before = players;
+  std::map<std::string, std::uint32_t> there;
+  for (std::uint32_t number = 1; number <= kPlayers; ++number) {
+    if (number % 7 != 0) there[id_of(number)] = number;
+  }
+  for (std::uint32_t number = 1; number <= kPlayers; number += 13) {
+    there.erase(id_of(number));
+    switch (number % 4) {
+      case 0:
+        players.Erase(number);
+        break;
+      case 1:
+        players.Change(number, [](records::StoredPlayer& known) { known.mutable_player()->set_left(true); });
+        break;
+      case 2:  // it comes back as another player
+        players.Erase(number);
+        players.Put(Player(number + kPlayers, id_of(number)));
+        there[id_of(number)] = number + kPlayers;
+        break;
+      default:
+        players.Put(Player(number, "new-" + std::to_string(number)));
+        there["new-" + std::to_string(number)] = number;
+    }
+  }
+  for (std::uint32_t number = 1; number <= kPlayers; ++number) {
+    for (const std::string& id : {id_of(number), "new-" + std::to_string(number)}) {
+      const auto known = there.find(id);
+      ASSERT_EQ(players.FindId(id), known == there.end() ? 0U : known->second) << id;
+    }
+    ASSERT_EQ(before.FindId(id_of(number)), number % 7 == 0 ? 0U : number) << "a copy is as it was";
+  }
 }
 
 TEST(PlayersTest, ACopyIsAsItWasAndDiffersInWhatChanged) {
