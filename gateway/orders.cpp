@@ -7,7 +7,6 @@
 #include <cstring>
 #include <utility>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "host/files.h"
@@ -124,11 +123,9 @@ absl::StatusOr<v1::Property> PropertyFrom(const std::string& name, const json& v
     property.mutable_vector()->set_y(value[1].get<double>());
     property.mutable_vector()->set_z(value[2].get<double>());
   } else if (std::holds_alternative<BodyId>(declared)) {
-    std::uint64_t body = 0;
-    if (!value.is_string() || !absl::SimpleAtoi(value.get_ref<const std::string&>(), &body)) {
-      return wrong("the id of a body, as a text");
-    }
-    property.set_body(body);
+    const std::optional<BodyId> body = BodyIdFrom(value);
+    if (!body) return wrong("the id of a body, as a text");
+    property.set_body(body->value());
   } else {
     return absl::UnimplementedError("value: bytes are set by `tessera instance set-property` alone");
   }

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMaxNameBytes = 64;  // for hosts and properties
+constexpr std::size_t kMaxNameBytes = 64;  // for hosts
 constexpr std::size_t kMaxTokenBytes = 256, kMaxKeyBytes = 64, kMaxTicketBytes = trust::kMaxTicketText;
 constexpr std::uint64_t kMaxNumber = std::uint64_t{1} << 53;  // for an order, and for a tick: where JavaScript's end
 
@@ -69,27 +69,27 @@ class Fields {
   BodyId Body(const char* name) {
     const json* field = Find(name);
     if (field == nullptr) return {};
-    std::uint64_t id = 0;
-    const bool is_id = field->is_string() && absl::SimpleAtoi(field->get_ref<const std::string&>(), &id);
-    if (!is_id) Refuse(name, "must be the id of a body, as a text");
-    return BodyId(id);
+    const std::optional<BodyId> id = BodyIdFrom(*field);
+    if (!id) Refuse(name, "must be the id of a body, as a text");
+    return id.value_or(BodyId());
   }
+  // Numbers from -most to most.
   template <std::size_t kCount>
-  std::optional<std::array<double, kCount>> Reals(const char* name) {
+  std::optional<std::array<double, kCount>> Reals(const char* name, double most) {
     const json* field = Find(name);
     if (field == nullptr) return std::nullopt;
     std::array<double, kCount> reals{};
-    if (field->is_array() && field->size() == kCount &&
-        std::all_of(field->begin(), field->end(), [](const json& part) { return part.is_number(); })) {
+    const auto fits = [most](const json& part) { return part.is_number() && std::abs(part.get<double>()) <= most; };
+    if (field->is_array() && field->size() == kCount && std::all_of(field->begin(), field->end(), fits)) {
       for (std::size_t i = 0; i < kCount; ++i) reals[i] = (*field)[i].get<double>();
       return reals;
     }
-    Refuse(name, absl::StrCat("must be ", kCount, " numbers"));
+    Refuse(name, absl::StrCat("must be ", kCount, " numbers from ", -most, " to ", most));
     return std::nullopt;
   }
   // As Reals; 0 where there is none.
-  Vec3f Vector(const char* name) {
-    const auto reals = Reals<3>(name).value_or(std::array<double, 3>{});
+  Vec3f Vector(const char* name, double most) {
+    const auto reals = Reals<3>(name, most).value_or(std::array<double, 3>{});
     return Vec3f(Vec3d{reals[0], reals[1], reals[2]});
   }
   void Need(const char* name) {
@@ -106,9 +106,8 @@ class Fields {
 ViewerMessage ReadView(Fields& in) {
   SetView view;
   if (const auto rate = in.Whole("rate_hz", 1, kMaxFrameRate_hz)) view.rate_hz = static_cast<std::uint32_t>(*rate);
-  if (const auto center = in.Reals<3>("center")) {
+  if (const auto center = in.Reals<3>("center", kMaxCoordinate_m)) {
     view.center = Vec3d{(*center)[0], (*center)[1], (*center)[2]};
-    if (!IsFinite(*view.center)) in.Refuse("center", "is not finite");
   }
   view.radius_m = in.Real("radius_m", 0, kMaxCoordinate_m).value_or(0);
   if (const auto most = in.Whole("kbytes_per_s", kMinBudget_kbytes_per_s, kMaxBudget_kbytes_per_s)) {
@@ -128,9 +127,10 @@ ViewerMessage ReadJoin(Fields& in) {
 
 ViewerMessage ReadSteer(Fields& in) {
   Steer steer;
-  steer.steering.force_n = in.Vector("force");
-  steer.steering.torque_nm = in.Vector("torque");
-  const auto move = in.Reals<2>("move").value_or(std::array<double, 2>{});
+  // Beyond what scenes allow; a float holds it.
+  steer.steering.force_n = in.Vector("force", kMaxForce);
+  steer.steering.torque_nm = in.Vector("torque", kMaxForce);
+  const auto move = in.Reals<2>("move", kMaxForce).value_or(std::array<double, 2>{});
   steer.steering.move = {static_cast<float>(move[0]), static_cast<float>(move[1])};
   // Turned round often enough, a yaw is large; beyond this a float has steps that show.
   constexpr double kMaxAngle = 1e4;
@@ -199,7 +199,7 @@ ViewerMessage ReadOrder(Fields& in) {
   order.tick = in.Whole("tick", 0, kMaxNumber).value_or(0);
   order.ticks_per_second = in.Real("ticks_per_second", 1, kMaxTickRateHz).value_or(0);
   order.host = in.String("host", kMaxNameBytes);
-  order.property = in.String("name", kMaxNameBytes);
+  order.property = in.String("name", kMaxNameLength);
   order.body = in.Body("body");
   if (const json* value = in.Find("value")) order.value = *value;
   order.on = in.Flag("on").value_or(false);
@@ -212,6 +212,16 @@ std::string_view NameOf(OrderKind kind) {
   const auto found =
       std::find_if(kOrders.begin(), kOrders.end(), [&](const auto& known) { return known.second == kind; });
   return found == kOrders.end() ? "order" : found->first;
+}
+
+std::optional<BodyId> BodyIdFrom(const json& text) {
+  if (!text.is_string()) return std::nullopt;
+  const std::string& digits = text.get_ref<const std::string&>();
+  std::uint64_t id = 0;
+  // SimpleAtoi passes over spaces and a plus.
+  const bool is_decimal = std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!is_decimal || !absl::SimpleAtoi(digits, &id)) return std::nullopt;
+  return BodyId(id);
 }
 
 absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text) {
@@ -229,7 +239,7 @@ absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text) {
   if (type == "order") read = ReadOrder(in);
   if (type == "play") read = ReadPlay(in);
   if (type == "authorize") read = ReadAuthorize(in);
-  if (type == "property") read = ShowProperty{in.String("name", kMaxNameBytes)};
+  if (type == "property") read = ShowProperty{in.String("name", kMaxNameLength)};
   if (!in.status().ok()) return in.status();
   return read;
 }

@@ -86,6 +86,10 @@ struct Authorize {
 using ViewerMessage =
     std::variant<SetView, Select, JoinWorld, LeaveWorld, Steer, Order, PlayControl, Authorize, ShowProperty>;
 
+// The body that a JSON text of decimal digits names. Nothing: it is no text, has another character or no digit, or is
+// beyond 2^64 - 1.
+std::optional<BodyId> BodyIdFrom(const nlohmann::json& text);
+
 // Errors: INVALID_ARGUMENT "rate_hz: must be a whole number from 1 to 60".
 absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text);
 

@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <string>
+#include <vector>
+
 #include "gateway/viewer_format.h"
 
 namespace tessera::gateway {
@@ -86,8 +89,8 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":0})"), "rate_hz: must be a whole number from 1 to 60");
   EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":30.5})"), "rate_hz: must be a whole number from 1 to 60");
   EXPECT_EQ(WhyNot(R"({"type":"view","radius_m":-1})"), "radius_m: must be a number from 0 to 1e+07");
-  EXPECT_EQ(WhyNot(R"({"type":"view","center":[1,2]})"), "center: must be 3 numbers");
-  EXPECT_EQ(WhyNot(R"({"type":"view","center":[1,2,"x"]})"), "center: must be 3 numbers");
+  EXPECT_EQ(WhyNot(R"({"type":"view","center":[1,2]})"), "center: must be 3 numbers from -1e+07 to 1e+07");
+  EXPECT_EQ(WhyNot(R"({"type":"view","center":[1,2,"x"]})"), "center: must be 3 numbers from -1e+07 to 1e+07");
   EXPECT_EQ(WhyNot(R"({"type":"select","body":7})"), "body: must be the id of a body, as a text");
   EXPECT_EQ(WhyNot(R"({"type":"select","body":"-7"})"), "body: must be the id of a body, as a text");
   EXPECT_EQ(WhyNot(R"({"type":"steer","yaw":1e9})"), "yaw: must be a number from -10000 to 10000");
@@ -111,6 +114,71 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot(R"({"type":"join","ticket":")" + std::string(1737, 'x') + "\"}"),
             "ticket: must be a text of at most 1736 bytes");
   EXPECT_THAT(WhyNot(R"({"type":"join","name":"a\nb"})"), testing::HasSubstr("control character"));
+}
+
+// A field of a message, and values of it in JSON. `rest`: what the message has beside it.
+struct FieldCase {
+  std::string rest, name;
+  std::vector<std::string> wrong, right;
+};
+
+std::string JsonText(std::size_t bytes) { return '"' + std::string(bytes, 'x') + '"'; }
+
+std::vector<FieldCase> FieldCases() {
+  const std::string order = R"("type":"order","number":1,"order":"checkpoint")", token = R"("type":"authorize")";
+  const std::vector<std::string> no_body = {
+      "7",        "true",     "[\"7\"]",  "{}",         R"("")",
+      R"("-7")",  R"("+7")",  R"(" 7")",  R"("7 ")",    R"("7x")",
+      R"("0x7")", R"("1e3")", R"("7.0")", R"("seven")", R"("18446744073709551616")"};
+  const std::vector<std::string> bodies = {R"("0")", R"("7")", R"("18446744073709551615")", "null"};
+  const std::vector<std::string> no_number = {"-1", "1.5", R"("1")", "true", "9007199254740993"};
+  return {
+      {R"("x":1)", "type", {"7", R"("dance")", "null", JsonText(65)}, {R"("leave")"}},
+      {R"("type":"view")", "rate_hz", {"0", "61", "-1", "30.5", R"("30")", "true"}, {"1", "60", "null"}},
+      {R"("type":"view")", "center", {"7", "[1,2]", "[1,2,3,4]", R"([1,2,"3"])", "[1,2,1e8]"}, {"[1,-2.5,1e7]"}},
+      {R"("type":"view")", "radius_m", {"-1", "1e8", R"("9")"}, {"0", "1e7"}},
+      {R"("type":"view")", "kbytes_per_s", {"15", "1000001", "20.5"}, {"16", "1000000"}},
+      {R"("type":"select")", "body", no_body, bodies},
+      {R"("type":"property")", "name", {"7", "true", "[]", "{}", JsonText(64)}, {JsonText(63), R"("")", "null"}},
+      {R"("type":"join")", "name", {"7", R"("a\nb")", JsonText(33)}, {JsonText(32), R"("")"}},
+      {R"("type":"join")", "ticket", {"7", JsonText(1737)}, {JsonText(1736)}},
+      {R"("type":"steer")", "force", {"1", "[1,2]", "[1,2,1e16]"}, {"[1,2,-1e15]"}},
+      {R"("type":"steer")", "torque", {"1", "[1,2,3,4]", "[0,-1e300,0]"}, {"[1,2,3]"}},
+      {R"("type":"steer")", "move", {"1", "[1]", "[1,2,3]", "[1e300,0]"}, {"[1,2]"}},
+      {R"("type":"steer")", "yaw", {"10001", R"("0")"}, {"-10000"}},
+      {R"("type":"steer")", "pitch", {"-10001", "[]"}, {"10000"}},
+      {R"("type":"steer")", "buttons", {"-1", "1.5", "4294967296"}, {"4294967295"}},
+      {R"("type":"order","order":"checkpoint")", "number", no_number, {"9007199254740992"}},
+      {R"("type":"order","number":1)", "order", {"7", R"("explode")", "null"}, {R"("resume")"}},
+      {order, "regions", {"0", "1001", R"("2")"}, {"1", "1000"}},
+      {order, "region", {"0", "4294967296"}, {"1", "4294967295"}},
+      {order, "ticks", {"0", "36001"}, {"1", "36000"}},
+      {order, "tick", no_number, {"0"}},
+      {order, "ticks_per_second", {"0.5", "1e6", R"("60")"}, {"1", "59.5"}},
+      {order, "host", {"7", JsonText(65)}, {JsonText(64)}},
+      {order, "name", {"7", JsonText(64)}, {JsonText(63)}},
+      {order, "body", no_body, bodies},
+      {order, "on", {"1", R"("true")"}, {"true"}},
+      {R"("type":"play")", "paused", {"1"}, {"false"}},
+      {R"("type":"play")", "speed", {"0.05", "17", R"("1")"}, {"0.1", "16"}},
+      {R"("type":"play")", "at_s", {"-1", "1e10"}, {"0", "1e9"}},
+      {R"("type":"play")", "step", {"1.5", "1001", "-1001", "true"}, {"-1000"}},
+      {token + R"(,"token":"a")", "number", no_number, {"0"}},
+      {token + R"(,"number":1)", "token", {"7", R"("")", JsonText(257)}, {JsonText(256)}},
+      {token + R"(,"number":1)", "key", {"7", JsonText(65)}, {JsonText(64)}},
+  };
+}
+
+TEST(ViewerMessageTest, EachFieldIsCheckedAndNamed) {
+  for (const FieldCase& field : FieldCases()) {
+    const auto message = [&](const std::string& value) {
+      return "{" + field.rest + ",\"" + field.name + "\":" + value + "}";
+    };
+    for (const std::string& value : field.wrong) {
+      EXPECT_THAT(WhyNot(message(value)), testing::StartsWith(field.name + ": ")) << message(value);
+    }
+    for (const std::string& value : field.right) EXPECT_EQ(WhyNot(message(value)), "") << message(value);
+  }
 }
 
 TEST(MessageBudgetTest, ASecondsWorthMayComeAtOnceAndNoMore) {
