@@ -30,8 +30,8 @@ class Players {
 
   // Null: there is none with this number. It lives until this value changes.
   const records::StoredPlayer* Find(std::uint32_t number) const;
-  // The number of the player who is there, by the id of its ticket; 0: none. It takes a look at each bucket, not at each
-  // player, for every join with a ticket asks.
+  // The number of the player who is there, by the id of its ticket; 0: none. It takes a look at each bucket, not at
+  // each player, for every join with a ticket asks.
   std::uint32_t FindId(std::string_view player_id) const;
   // All, ascending by number. They live until this value changes.
   std::vector<const records::StoredPlayer*> All() const;

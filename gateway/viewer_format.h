@@ -19,7 +19,8 @@ enum class MessageKind : std::uint8_t {
   kTiles = 7
 };
 
-// A message of shapes or statics grows to this, but for a single shape that is larger.
+// A message of shapes, visuals or statics ends with the first of them by which it has half of this. Only a single large
+// shape makes it longer.
 inline constexpr std::size_t kMaxSceneMessage_bytes = std::size_t{1} << 20;
 
 // Frames.

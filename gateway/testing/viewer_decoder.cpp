@@ -147,7 +147,7 @@ Words ViewerDecoder::Take(std::span<const std::uint8_t> message) {
 
 Words ViewerDecoder::Welcome(ByteReader& in) {
   Words words{{"message", "welcome"}};
-  Require(in.U8() == kViewerProtocolVersion, "version: not 1");
+  Require(in.U8() == kViewerProtocolVersion, "version: not 2");
   words["instance"] = instance = Text(in);
   words["scene"] = Text(in);
   words["tick_rate_hz"] = in.Varint();
