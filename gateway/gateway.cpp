@@ -46,6 +46,7 @@ void Gateway::LeaveAll() {
     leaving.push_back(std::async(
         std::launch::async, [client = viewer.playing->source->TakeClient()] { return client->Leave(kLeaveDeadline); }));
     viewer.playing.reset();
+    metrics_.players.Set(static_cast<double>(--players_));
   }
 }
 
