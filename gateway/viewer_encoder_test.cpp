@@ -4,14 +4,13 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <numbers>
 #include <set>
 
 #include "core/world/byte_view.h"
 #include "core/world/scene_load.h"
 #include "core/world/sha256.h"
+#include "gateway/testing/golden.h"
 #include "gateway/testing/viewer_decoder.h"
 #include "gateway/viewer_format.h"
 
@@ -289,26 +288,6 @@ TEST_F(ViewerEncoderTest, ABodyThatWaitsForRoomMayGoUnsentOrBeRenamed) {
 }
 
 // --- Golden messages. The page's tests read the same files. --------------------------------------------------------
-
-std::string GoldenFile(const std::string& name) { return TESSERA_SOURCE_DIR "/gateway/testing/golden/" + name; }
-
-std::string ReadGolden(const std::string& name) {
-  std::ifstream in(GoldenFile(name), std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-// Compares the message with the file, byte by byte, and what it says with the description beside it. With
-// TESSERA_WRITE_GOLDEN the files are written instead: only when the protocol's version changes.
-void ExpectGolden(const std::string& name, std::span<const std::uint8_t> message, ViewerDecoder& decoder) {
-  const std::string bytes(message.begin(), message.end());
-  const std::string words = decoder.Take(message).dump(1) + "\n";
-  if (std::getenv("TESSERA_WRITE_GOLDEN") != nullptr) {
-    std::ofstream(GoldenFile(name + ".bin"), std::ios::binary) << bytes;
-    std::ofstream(GoldenFile(name + ".json")) << words;
-  }
-  EXPECT_TRUE(ReadGolden(name + ".bin") == bytes) << name << ".bin differs";
-  EXPECT_EQ(ReadGolden(name + ".json"), words);
-}
 
 TEST(GoldenMessageTest, VisualsAreAsEverBetweenShapesAndStatics) {
   const auto scene = SceneOf(R"(
