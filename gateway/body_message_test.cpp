@@ -1,4 +1,4 @@
-// What a viewer is sent of one body, and of one property of all, out of a client's view of a world.
+// Details of one body, and values of one property of all, out of a client's view of a world.
 #include <gmock/gmock.h>
 
 #include <cstdint>

@@ -6,7 +6,6 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
-#include <limits>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -215,7 +214,7 @@ void App::Frame(double now_s, float seconds, int width, int height) {
       break;
     case Screen::kWorld:
       ShowHud(client_->Scene(), instance_, client_->SpectatorView().has_value(), client_->Clock().paused != 0, notice_);
-      if (profiler_shown_) ShowProfiler(profiler_.shown());
+      if (profiler_shown_) ShowProfiler(PanelOf(profiler_.shown()));
       break;
     case Screen::kEnded:
       back = ShowEnd(instance_, end_);
@@ -234,7 +233,14 @@ Shown App::shown() const {
   if (screen_ == Screen::kMenu && !menu_.listed && menu_.trouble.empty()) shown.screen = "asking";
   const tessera::InstanceInfo* listed = Listed(instance_);
   shown.listed = client_ && listed != nullptr && listed->players > 0;
-  if (world_) shown.own_position = world_->own_position();
+  if (world_) {
+    shown.own_position = world_->own_position();
+    shown.camera_arrived = world_->camera_arrived();
+  }
+  if (client_) {
+    shown.tick = tessera_tick(client_->get());
+    shown.ticks_per_second = client_->Scene().tick_rate_hz;
+  }
   shown.meshes = world_ && !visuals_.coming();
   return shown;
 }
@@ -253,15 +259,7 @@ std::string App::Report() const {
     std::snprintf(line, sizeof line, "own %.3f %.3f %.3f\n", p[0], p[1], p[2]);
     text += line;
   }
-  if (client_) {
-    const tessera::Stats stats = client_->GetStats();
-    char line[160];
-    std::snprintf(line, sizeof line, "stats %.6f %.6f %.6f %.6f\n", stats.frame_time.mean * 1e3,
-                  stats.network_time.mean * 1e3, stats.update_time.mean * 1e3, static_cast<double>(stats.bodies));
-    Profiler now_shown = profiler_;  // as it would be shown at this moment
-    now_shown.Sample(std::numeric_limits<double>::max(), *client_);
-    text += line + Text(now_shown.shown());
-  }
+  if (client_) text += Text(PanelOf(profiler_.shown())) + Text(profiler_.figures());
   return text;
 }
 

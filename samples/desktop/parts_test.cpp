@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "input.h"
@@ -183,6 +185,31 @@ TEST(ScriptTest, DoesOneStepAfterAnother) {
   EXPECT_TRUE(last.quit);
 }
 
+TEST(ScriptTest, WaitsForRestByTheWorldsTime) {
+  std::string error;
+  auto script = ScriptOf("wait rest\nquit\n", error);
+  ASSERT_TRUE(script.has_value()) << error;
+  Shown shown;
+  shown.ticks_per_second = 60;
+  shown.camera_arrived = true;
+  const auto ends = [&](std::uint64_t tick) {
+    shown.tick = tick;
+    return script->Advance(shown).quit;
+  };
+  EXPECT_FALSE(ends(1000)) << "there is no own body yet";
+  EXPECT_FALSE(ends(1100));
+  shown.own_position = {{0, 2, 0}};
+  for (int frame = 0; frame < 500; ++frame) EXPECT_FALSE(ends(1200)) << "no frame lets the world's time go on";
+  shown.own_position = {{0, 1, 0}};
+  EXPECT_FALSE(ends(1300)) << "it has fallen";
+  shown.own_position = {{0, 1.002, 0}};
+  EXPECT_FALSE(ends(1359));
+  shown.camera_arrived = false;
+  EXPECT_FALSE(ends(1360));
+  shown.camera_arrived = true;
+  EXPECT_TRUE(ends(1361));
+}
+
 TEST(ScriptTest, SaysWhatMakesNoSense) {
   std::string error;
   EXPECT_FALSE(ScriptOf("wait world\njump\n", error).has_value());
@@ -238,6 +265,101 @@ TEST(ProfileTest, TellsTheLastSecondFromAllBefore) {
   EXPECT_NEAR(ProfileOf(stats).physics.mean_ms, 2, 1e-9);
   EXPECT_NEAR(ProfileOf(stats).physics.recent_ms, 3, 1e-9);
   EXPECT_NEAR(ProfileOf(stats).process_physical_mib, 3, 1e-9);
+}
+
+// The number that a text begins with.
+double NumberIn(const std::string& text) { return std::atof(text.c_str()); }
+
+// A work that took `before_s` each of the first 100 times, and `recent_s` each of 30 more.
+struct Measured {
+  tessera_duration before, now;
+};
+Measured MeasuredAs(double before_s, double recent_s) {
+  constexpr std::uint64_t kBefore = 100, kSince = 30;
+  const double spent_s = before_s * kBefore + recent_s * kSince;
+  return {{kBefore, before_s, 0, 0, 0}, {kBefore + kSince, spent_s / (kBefore + kSince), 0, 0, 0}};
+}
+
+void ExpectShown(const std::string& label, const Panel::Cell& cell, double value) {
+  EXPECT_NEAR(NumberIn(cell.text), value, 0.0051 * value) << label << " is shown as " << cell.text;
+}
+
+TEST(ProfileTest, ThePanelShowsEachFigureOfTheClientToItsThirdDigit) {
+  const Measured frame = MeasuredAs(0.010, 0.0333), network = MeasuredAs(0.001, 42e-6), update = MeasuredAs(1, 1.23e-6);
+  Figures figures;
+  figures.before.frame_time = frame.before, figures.now.frame_time = frame.now;
+  figures.before.network_time = network.before, figures.now.network_time = network.now;
+  figures.before.update_time = update.before, figures.now.update_time = update.now;
+  figures.now.round_trip_s = 0.37e-3;
+  figures.now.render_delay_s = 83.46e-3;
+  figures.now.bytes_in_per_s = 123'456;
+  figures.now.bytes_out_per_s = 514;
+  figures.now.bodies = 21'763;
+  figures.now.tick_rate_hz = 59.94;
+  const std::vector<std::pair<std::string, double>> expected = {
+      {"frames", 1 / 0.0333}, {"frame time", 33.3},    {"network time", 0.042}, {"update time", 1.23e-3},
+      {"round trip", 0.37},   {"shown behind", 83.46}, {"received", 123.456},   {"sent", 0.514},
+      {"bodies", 21'763},     {"world", 59.94}};
+  const Panel panel = PanelOf(ProfileOf(figures));
+  ASSERT_EQ(panel.client.size(), expected.size()) << "each has its check";
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_EQ(panel.client[i].label, expected[i].first);
+    ASSERT_EQ(panel.client[i].cells.size(), 1u);
+    ExpectShown(expected[i].first, panel.client[i].cells[0], expected[i].second);
+  }
+  EXPECT_EQ(panel.client.back().cells[0].text, "59.9 ticks/s");
+}
+
+TEST(ProfileTest, ThePanelShowsEachFigureOfARegionAndSaysOfWhichTime) {
+  tessera::RegionStats busy = TESSERA_REGION_INFO, rests = TESSERA_REGION_INFO, silent = TESSERA_REGION_INFO;
+  busy.region = 1, rests.region = 2, silent.region = 3;
+  busy.connected = rests.connected = 1;
+  busy.reports = rests.reports = 2;
+  busy.physics = {60, 0.1, 1.234e-3}, busy.prediction = {60, 0.1, 41.2e-6};
+  busy.snapshot_full = {1, 0.1, 3e-3}, busy.snapshot_delta = {30, 0.1, 250e-6}, busy.step = {60, 0.1, 16.66e-3};
+  busy.bodies = 500, busy.ghosts = 20, busy.asleep = 100;
+  busy.process_virtual_bytes = std::uint64_t{1234} << 20, busy.process_physical_bytes = 22 << 20;
+  busy.host_virtual_usable_bytes = std::uint64_t{6} << 30, busy.host_virtual_total_bytes = std::uint64_t{8} << 30;
+  busy.host_physical_usable_bytes = std::uint64_t{1} << 30, busy.host_physical_total_bytes = std::uint64_t{4} << 30;
+  rests.physics = {50, 0.1, 0};
+  Figures figures;
+  figures.regions = {silent, busy, rests};
+  const Panel panel = PanelOf(ProfileOf(figures));
+  const std::vector<std::pair<std::string, double>> expected = {{"physics update", 1.234},
+                                                                {"prediction", 0.0412},
+                                                                {"full snapshots", 3},
+                                                                {"delta snapshots", 0.25},
+                                                                {"whole tick", 16.66},
+                                                                {"bodies", 500},
+                                                                {"ghosts", 20},
+                                                                {"asleep", 100},
+                                                                {"virtual memory, MiB", 1234},
+                                                                {"physical memory, MiB", 22}};
+  ASSERT_EQ(panel.regions.size(), expected.size()) << "each has its check";
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_EQ(panel.regions[i].label, expected[i].first);
+    ASSERT_EQ(panel.regions[i].cells.size(), 3u);
+    EXPECT_FALSE(panel.regions[i].cells[1].of_all);
+    ExpectShown(expected[i].first, panel.regions[i].cells[1], expected[i].second);
+  }
+  EXPECT_EQ(panel.regions[0].cells[0].text, "-") << "it has not sent its figures";
+  EXPECT_TRUE(panel.regions[0].cells[2].of_all);
+  EXPECT_EQ(panel.regions[0].cells[2].text, "2.00");
+  ASSERT_EQ(panel.host.size(), 2u);
+  EXPECT_EQ(panel.host[0].text, "6144 of 8192 MiB usable");
+  EXPECT_NEAR(panel.host[0].share, 0.75, 1e-9);
+  EXPECT_EQ(panel.host[1].text, "1024 of 4096 MiB usable");
+  const std::string text = Text(panel);
+  EXPECT_NE(text.find("panel region 1 physics update: 1.23\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("panel region 2 physics update (of all): 2.00\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("panel virtual, host: 6144 of 8192 MiB usable\n"), std::string::npos) << text;
+  EXPECT_NE(Text(figures).find("region 1 physics.recent 0.001234\n"), std::string::npos) << Text(figures);
+
+  figures.regions.assign(11, rests);
+  const Panel many = PanelOf(ProfileOf(figures));
+  EXPECT_EQ(many.columns.size(), 8u);
+  EXPECT_EQ(many.more, 3u);
+  EXPECT_EQ(many.regions[0].cells.size(), 8u);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // The profiler: what it costs to show the world here, and to compute it in each region. Taken once a second, so that
-// people can read it; what is on screen, in a report and in the tests are the same numbers.
+// people can read it. The panel on screen and a report draw and write the same texts, and a report has the library's
+// figures beside them, of which they were made.
 //
 // Thread rule: one thread. Time comes in.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -40,6 +42,38 @@ struct Profile {
   std::vector<RegionProfile> regions;
 };
 
+// The library's figures, at the begin and at the end of a second; those of regions at its end.
+struct Figures {
+  tessera::Stats before = TESSERA_STATS, now = TESSERA_STATS;
+  std::vector<tessera::RegionStats> regions;
+};
+
+// The panel as it is drawn: texts. A number has three digits that count, or all before its point where those are more.
+struct Panel {
+  struct Cell {
+    std::string text{};
+    bool of_all = false;  // a mean of all time, drawn faint: nothing was done in the last second
+  };
+  struct Row {
+    std::string label{};
+    std::vector<Cell> cells{};
+  };
+  struct Column {
+    std::uint32_t region = 0;
+    bool connected = false;
+  };
+  struct Bar {
+    std::string label{}, text{};
+    double share = 0;  // 0 to 1
+  };
+
+  std::vector<Row> client{};      // a cell each
+  std::vector<Column> columns{};  // the regions that fit a window
+  std::size_t more = 0;           // regions that do not
+  std::vector<Row> regions{};     // a cell a column
+  std::vector<Bar> host{};        // of the first region that has sent its figures
+};
+
 class Profiler {
  public:
   static constexpr double kEvery_s = 1;
@@ -47,16 +81,25 @@ class Profiler {
   // True when a second is over and `shown` is new.
   bool Sample(double now_s, const tessera::Client& client);
   const Profile& shown() const { return shown_; }
+  // Those that `shown` was made of.
+  const Figures& figures() const { return figures_; }
 
  private:
   Profile shown_;
-  tessera::Stats before_ = TESSERA_STATS;
+  Figures figures_;
   double due_s_ = 0;
 };
 
 Timing TimingOf(const tessera_duration& now, const tessera_duration& before);
 RegionProfile ProfileOf(const tessera::RegionStats& stats);
-// One line a value, "region 2 physics_ms 1.234": for scripts and tests.
-std::string Text(const Profile& profile);
+Profile ProfileOf(const Figures& figures);
+Panel PanelOf(const Profile& profile);
+
+// For scripts and tests. A line a text, "panel region 2 physics update: 1.23", with "(of all)" behind the label of a
+// mean of all time.
+std::string Text(const Panel& panel);
+// A line a value: "now frame_time.mean 0.0166", "region 2 physics.recent 0.00123"; seconds and bytes, as tessera.h
+// names and has them.
+std::string Text(const Figures& figures);
 
 }  // namespace desktop

@@ -4,7 +4,6 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -87,64 +86,30 @@ void ShowWorlds(MenuState& menu) {
   ImGui::EndTable();
 }
 
-void Bar(const char* label, double used, double total, const char* note) {
+void Faint(const std::string& text) { ImGui::TextColored(kFaint, "%s", text.c_str()); }
+
+void ShowBar(const Panel::Bar& bar) {
   ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(kFaint, "%s", label);
+  Faint(bar.label);
   ImGui::SameLine(0.42F * ImGui::GetWindowWidth());
-  char text[64];
-  std::snprintf(text, sizeof text, "%.0f of %.0f MiB %s", used, total, note);
-  ImGui::ProgressBar(total > 0 ? static_cast<float>(used / total) : 0, {-1, 0}, text);
+  ImGui::ProgressBar(static_cast<float>(bar.share), {-1, 0}, bar.text.c_str());
 }
 
-void Value(const char* label, const char* format, double value) {
+void ShowCells(const Panel::Row& row) {
   ImGui::TableNextColumn();
-  ImGui::TextColored(kFaint, "%s", label);
-  ImGui::TableNextColumn();
-  ImGui::Text(format, value);
-}
-
-void TimingRow(const char* label, const std::vector<RegionProfile>& regions, Timing RegionProfile::*timing) {
-  ImGui::TableNextRow();
-  ImGui::TableNextColumn();
-  ImGui::TextColored(kFaint, "%s", label);
-  for (const RegionProfile& region : regions) {
-    const Timing& shown = region.*timing;
+  Faint(row.label);
+  for (const Panel::Cell& cell : row.cells) {
     ImGui::TableNextColumn();
-    if (!region.known) {
-      ImGui::TextDisabled("-");
-    } else if (shown.recent_ms > 0) {
-      ImGui::Text("%.2f", shown.recent_ms);
+    if (cell.of_all) {
+      ImGui::TextDisabled("%s", cell.text.c_str());
     } else {
-      ImGui::TextDisabled("%.2f", shown.mean_ms);
+      ImGui::TextUnformatted(cell.text.c_str());
     }
   }
 }
 
-void CountRow(const char* label, const std::vector<RegionProfile>& regions, std::uint64_t RegionProfile::*count) {
-  ImGui::TableNextRow();
-  ImGui::TableNextColumn();
-  ImGui::TextColored(kFaint, "%s", label);
-  for (const RegionProfile& region : regions) {
-    ImGui::TableNextColumn();
-    ImGui::Text("%llu", static_cast<unsigned long long>(region.*count));
-  }
-}
-
-void MemoryRow(const char* label, const std::vector<RegionProfile>& regions, double RegionProfile::*mib) {
-  ImGui::TableNextRow();
-  ImGui::TableNextColumn();
-  ImGui::TextColored(kFaint, "%s", label);
-  for (const RegionProfile& region : regions) {
-    ImGui::TableNextColumn();
-    ImGui::Text("%.0f", region.*mib);
-  }
-}
-
-void ShowRegions(const std::vector<RegionProfile>& all) {
-  constexpr std::size_t kMostColumns = 8;  // as many as fit a window
-  const std::vector<RegionProfile> regions(
-      all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), kMostColumns)));
-  const int columns = static_cast<int>(regions.size()) + 1;
+void ShowRegions(const Panel& panel) {
+  const int columns = static_cast<int>(panel.columns.size()) + 1;
   if (!ImGui::BeginTable("regions", columns, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_RowBg)) return;
   ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, 12.5F * ImGui::GetFontSize());
   for (int i = 1; i < columns; ++i)
@@ -152,24 +117,18 @@ void ShowRegions(const std::vector<RegionProfile>& all) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
   ImGui::TextUnformatted("region, ms a time");
-  for (const RegionProfile& region : regions) {
-    const Vec3 c = ColourOf(region.region);
+  for (const Panel::Column& column : panel.columns) {
+    const Vec3 c = ColourOf(column.region);
     ImGui::TableNextColumn();
-    ImGui::TextColored({0.3F + 0.7F * c.x, 0.3F + 0.7F * c.y, 0.3F + 0.7F * c.z, 1}, region.connected ? "%u" : "%u ?",
-                       region.region);
+    ImGui::TextColored({0.3F + 0.7F * c.x, 0.3F + 0.7F * c.y, 0.3F + 0.7F * c.z, 1}, column.connected ? "%u" : "%u ?",
+                       column.region);
   }
-  TimingRow("physics update", regions, &RegionProfile::physics);
-  TimingRow("prediction", regions, &RegionProfile::prediction);
-  TimingRow("full snapshots", regions, &RegionProfile::snapshot_full);
-  TimingRow("delta snapshots", regions, &RegionProfile::snapshot_delta);
-  TimingRow("whole tick", regions, &RegionProfile::step);
-  CountRow("bodies", regions, &RegionProfile::bodies);
-  CountRow("ghosts", regions, &RegionProfile::ghosts);
-  CountRow("asleep", regions, &RegionProfile::asleep);
-  MemoryRow("virtual memory, MiB", regions, &RegionProfile::process_virtual_mib);
-  MemoryRow("physical memory, MiB", regions, &RegionProfile::process_physical_mib);
+  for (const Panel::Row& row : panel.regions) {
+    ImGui::TableNextRow();
+    ShowCells(row);
+  }
   ImGui::EndTable();
-  if (all.size() > regions.size()) ImGui::TextColored(kFaint, "and %zu more", all.size() - regions.size());
+  if (panel.more > 0) ImGui::TextColored(kFaint, "and %zu more", panel.more);
 }
 
 }  // namespace
@@ -268,7 +227,7 @@ bool ShowWaiting(Screen screen, const std::string& instance, const tessera::Inst
   return back;
 }
 
-void ShowProfiler(const Profile& profile) {
+void ShowProfiler(const Panel& panel) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({size.x - 12, 12}, ImGuiCond_Always, {1, 0});
   ImGui::Begin("profiler", nullptr, kPanel | ImGuiWindowFlags_NoInputs);
@@ -277,27 +236,13 @@ void ShowProfiler(const Profile& profile) {
     for (const float width : {label, number, label, number}) {
       ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, width);
     }
-    Value("frames", "%.0f a second", profile.frames_per_s);
-    Value("frame time", "%.2f ms", profile.frame.recent_ms);
-    Value("network time", "%.3f ms", profile.network.recent_ms);
-    Value("update time", "%.3f ms", profile.update.recent_ms);
-    Value("round trip", "%.1f ms", profile.round_trip_ms);
-    Value("shown behind", "%.0f ms", profile.render_delay_ms);
-    Value("received", "%.1f kB/s", profile.in_kb_per_s);
-    Value("sent", "%.1f kB/s", profile.out_kb_per_s);
-    Value("bodies", "%.0f", static_cast<double>(profile.bodies));
-    Value("world", "%.1f ticks/s", profile.tick_rate_hz);
+    for (const Panel::Row& row : panel.client) ShowCells(row);
     ImGui::EndTable();
   }
   ImGui::Separator();
-  ShowRegions(profile.regions);
-  const auto known =
-      std::find_if(profile.regions.begin(), profile.regions.end(), [](const auto& r) { return r.known; });
-  if (known != profile.regions.end()) {
-    ImGui::Separator();
-    Bar("virtual, host", known->host_virtual_usable_mib, known->host_virtual_total_mib, "usable");
-    Bar("physical, host", known->host_physical_usable_mib, known->host_physical_total_mib, "usable");
-  }
+  ShowRegions(panel);
+  if (!panel.host.empty()) ImGui::Separator();
+  for (const Panel::Bar& bar : panel.host) ShowBar(bar);
   ImGui::End();
 }
 

@@ -29,7 +29,7 @@ void SetStyle(float scale);
 MenuChoice ShowMenu(MenuState& menu);
 // `world`: as the list has it; null where it is not known. True: go back.
 bool ShowWaiting(Screen screen, const std::string& instance, const tessera::InstanceInfo* world);
-void ShowProfiler(const Profile& profile);
+void ShowProfiler(const Panel& panel);
 // `notice`: something that could not be drawn; empty: all is.
 void ShowHud(const tessera::SceneInfo& scene, const std::string& instance, bool spectating, bool paused,
              const std::string& notice);

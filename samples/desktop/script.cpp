@@ -12,6 +12,12 @@
 namespace desktop {
 namespace {
 
+constexpr double kRests_m = 5e-3;  // a body that rests is shown within so much of one place
+
+double Distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
 bool IsKnown(const std::string& verb) {
   for (const char* known : {"wait", "frames", "press", "hold", "release", "screenshot", "report", "quit"}) {
     if (verb == known) return true;
@@ -67,11 +73,20 @@ bool Script::Done(const Step& step, const Shown& shown) {
   if (step.what == "listed") return shown.listed;
   if (step.what == "meshes") return shown.meshes;
   if (step.what == "trouble") return !shown.trouble.empty();
+  if (step.what == "rest") return Rests(shown);
   if (step.what != "moved") return shown.screen == step.what;
   if (!from_) from_ = shown.own_position;
-  if (!from_ || !shown.own_position) return false;
-  const std::array<double, 3>&a = *from_, &b = *shown.own_position;
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) >= step.number;
+  return from_ && shown.own_position && Distance(*from_, *shown.own_position) >= step.number;
+}
+
+// By the world's time, in which a body falls: a world that is late is waited for.
+bool Script::Rests(const Shown& shown) {
+  if (!from_ || !shown.own_position || Distance(*from_, *shown.own_position) > kRests_m) {
+    from_ = shown.own_position;
+    since_tick_ = shown.tick;
+    return false;
+  }
+  return shown.camera_arrived && shown.tick >= since_tick_ + shown.ticks_per_second;
 }
 
 Script::Orders Script::Advance(const Shown& shown) {

@@ -7,6 +7,7 @@
 //   frames 30           shows so many frames
 //   press Return        a key, by SDL's name for it; hold W, release W
 //   wait moved 2        until the own body is 2 m from where it was when this step began
+//   wait rest           until the own body is shown at one place for a second of the world, and the camera is behind it
 //   screenshot a.png    of the next frame
 //   report a.txt        screen, trouble, own body and profiler, as they are shown
 //   quit
@@ -15,6 +16,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +28,8 @@ struct Shown {
   std::string screen, trouble;
   bool figures = false, listed = false, meshes = false;
   std::optional<std::array<double, 3>> own_position;
+  bool camera_arrived = false;  // it looks at where the own body is
+  std::uint64_t tick = 0, ticks_per_second = 0;
 };
 
 class Script {
@@ -46,11 +50,13 @@ class Script {
     double number = 0;
   };
   bool Done(const Step& step, const Shown& shown);
+  bool Rests(const Shown& shown);
 
   std::vector<Step> steps_;
   std::size_t at_ = 0;
   double frames_ = 0;  // frames of the step under way
   std::optional<std::array<double, 3>> from_;
+  std::uint64_t since_tick_ = 0;  // that the own body is at `from_`, for a step that waits for rest
 };
 
 }  // namespace desktop

@@ -16,7 +16,8 @@ constexpr float kAsleepShare = 0.45F;
 constexpr float kOwnerShare = 0.5F;  // in the colour of a body that has its own
 constexpr double kEyeAbove_m = 1.0;  // the camera looks at a point so far above the own body's middle
 constexpr float kFollow_s = 0.12F;   // the camera comes after it within about so long
-constexpr float kBehind_m = 30;      // bodies so far behind the eye cast no shadow into the picture
+constexpr double kArrived_m = 0.01;
+constexpr float kBehind_m = 30;  // bodies so far behind the eye cast no shadow into the picture
 constexpr double kNearestEnd_m = 150, kFurthestEnd_m = 2500;
 
 Vec3 Mix(Vec3 a, Vec3 b, float share) { return a * (1 - share) + b * share; }
@@ -156,6 +157,8 @@ void World::PlaceCamera(const tessera::Client& client, const std::vector<tessera
   const double share = placed_ ? 1 - std::exp(-seconds / kFollow_s) : 1;
   for (std::size_t i = 0; i < 3; ++i) target_[i] += share * (goal[i] - target_[i]);
   placed_ = placed_ || spectating || own != bodies.end();
+  const double off_m = std::hypot(goal[0] - target_[0], goal[1] - target_[1], goal[2] - target_[2]);
+  camera_arrived_ = own_position_ && off_m < kArrived_m;
   picture_.direction = LookDirection(hands.yaw(), hands.pitch());
   const std::array<float, 3> direction = {picture_.direction.x, picture_.direction.y, picture_.direction.z};
   for (std::size_t i = 0; i < 3; ++i) picture_.eye[i] = target_[i] - distance_m * direction[i];

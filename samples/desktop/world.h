@@ -35,6 +35,8 @@ class World {
   const Picture& Look(tessera::Client& client, const Hands& hands, float seconds);
   // Where the own body was shown last; nothing while it is out of the world.
   const std::optional<std::array<double, 3>>& own_position() const { return own_position_; }
+  // Whether the camera looks at the own body, and no longer comes after it.
+  bool camera_arrived() const { return camera_arrived_; }
 
  private:
   struct Placed {
@@ -73,7 +75,7 @@ class World {
   Picture picture_;
   std::optional<std::array<double, 3>> own_position_;
   std::array<double, 3> target_{};  // the point that the camera looks at
-  bool placed_ = false;
+  bool placed_ = false, camera_arrived_ = false;
 };
 
 }  // namespace desktop

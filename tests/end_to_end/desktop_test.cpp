@@ -61,15 +61,41 @@ class DesktopTest : public WorldTest {
     arguments.insert(arguments.end(), {"--plain", "--size", "640x360", "--script", File("script")});
     return support::RunProgram("tessera-desktop", arguments, kPatience);
   }
-  // Lines "name value" of a report, by name.
-  std::map<std::string, double> Report(const std::string& name) const {
-    std::map<std::string, double> values;
+  // A report of the client: the library's figures by their names, and the texts of its panel by their labels.
+  struct Report {
+    std::map<std::string, double> figures;
+    std::map<std::string, std::string> panel;
+
+    // The number that a text of the panel begins with.
+    double Shown(const std::string& label) const {
+      const auto text = panel.find(label);
+      EXPECT_NE(text, panel.end()) << label;
+      return text == panel.end() ? std::nan("") : std::atof(text->second.c_str());
+    }
+    double Figure(const std::string& name) const {
+      const auto figure = figures.find(name);
+      EXPECT_NE(figure, figures.end()) << name;
+      return figure == figures.end() ? std::nan("") : figure->second;
+    }
+    void ExpectShown(const std::string& label, double expected) const {
+      EXPECT_NEAR(Shown(label), expected, kShownWithin * expected) << label;
+    }
+  };
+  static constexpr double kShownWithin = 0.05;
+
+  Report ReadReport(const std::string& name) const {
+    constexpr char kPanel[] = "panel ";
+    Report report;
     std::istringstream text(host::ReadFile(File(name), std::size_t{1} << 20).value_or(""));
     for (std::string line; std::getline(text, line);) {
-      const auto space = line.rfind(' ');
-      if (space != std::string::npos) values[line.substr(0, space)] = std::atof(line.c_str() + space + 1);
+      if (line.rfind(kPanel, 0) == 0) {
+        const auto end = line.find(": ");
+        report.panel[line.substr(sizeof kPanel - 1, end - (sizeof kPanel - 1))] = line.substr(end + 2);
+      } else if (const auto space = line.rfind(' '); space != std::string::npos) {
+        report.figures[line.substr(0, space)] = std::atof(line.c_str() + space + 1);
+      }
     }
-    return values;
+    return report;
   }
   void ExpectPicture(const std::string& name) const {
     const std::string bytes = host::ReadFile(File(name), std::size_t{1} << 26).value_or("");
@@ -149,8 +175,94 @@ double MetricOf(const std::string& page, const std::string& series) {
   return at == std::string::npos ? std::nan("") : std::atof(page.c_str() + at + series.size() + 2);
 }
 
+constexpr double kMib = 1024.0 * 1024;
+
+// A row of the panel's timings, by the names that the library and the metrics have for it.
+struct TimingNames {
+  const char *label, *figure;
+};
+constexpr std::array<TimingNames, 5> kTimings = {{{"physics update", "physics"},
+                                                  {"prediction", "prediction"},
+                                                  {"full snapshots", "snapshot_full"},
+                                                  {"delta snapshots", "snapshot_delta"},
+                                                  {"whole tick", "step"}}};
+
+class DesktopProfilerTest : public DesktopTest {
+ protected:
+  // All that the panel shows of the client, against tessera_get_stats of the same second.
+  static void ExpectClientShown(const Report& report) {
+    const auto recent_ms = [&](const std::string& time) {
+      const double before = report.Figure("before " + time + ".count"), now = report.Figure("now " + time + ".count");
+      EXPECT_GT(now, before) << time;
+      return (now * report.Figure("now " + time + ".mean") - before * report.Figure("before " + time + ".mean")) * 1e3 /
+             (now - before);
+    };
+    report.ExpectShown("frame time", recent_ms("frame_time"));
+    report.ExpectShown("frames", 1e3 / recent_ms("frame_time"));
+    report.ExpectShown("network time", recent_ms("network_time"));
+    report.ExpectShown("update time", recent_ms("update_time"));
+    report.ExpectShown("round trip", report.Figure("now round_trip_s") * 1e3);
+    report.ExpectShown("shown behind", report.Figure("now render_delay_s") * 1e3);
+    report.ExpectShown("received", report.Figure("now bytes_in_per_s") / 1e3);
+    report.ExpectShown("sent", report.Figure("now bytes_out_per_s") / 1e3);
+    report.ExpectShown("world", report.Figure("now tick_rate_hz"));
+    EXPECT_EQ(report.Shown("bodies"), report.Figure("now bodies"));
+    EXPECT_GT(report.Shown("bodies"), 0);
+  }
+  // All that it shows of a region, against tessera_region_stats of the same second.
+  static void ExpectRegionShown(const Report& report, const std::string& region) {
+    for (const TimingNames& timing : kTimings) {
+      const std::string label = region + timing.label, figure = region + timing.figure;
+      if (report.panel.contains(label)) {
+        EXPECT_GT(report.Shown(label), 0);
+        report.ExpectShown(label, report.Figure(figure + ".recent") * 1e3);
+      } else {
+        const double count = report.Figure(figure + ".count");
+        report.ExpectShown(label + " (of all)", count > 0 ? report.Figure(figure + ".total") * 1e3 / count : 0);
+      }
+    }
+    for (const char* count : {"bodies", "ghosts", "asleep"}) {
+      EXPECT_EQ(report.Shown(region + count), report.Figure(region + count)) << count;
+    }
+    report.ExpectShown(region + "virtual memory, MiB", report.Figure(region + "process_virtual_bytes") / kMib);
+    report.ExpectShown(region + "physical memory, MiB", report.Figure(region + "process_physical_bytes") / kMib);
+  }
+  // Memory of the host that one region speaks of: usable, of all that there is.
+  static void ExpectHostShown(const Report& report, const std::string& region) {
+    for (const std::string memory : {"virtual", "physical"}) {
+      const std::string label = memory + ", host", figure = region + "host_" + memory;
+      report.ExpectShown(label, report.Figure(figure + "_usable_bytes") / kMib);
+      const std::string& text = report.panel.at(label);
+      const auto of = text.find(" of ");
+      ASSERT_NE(of, std::string::npos) << text;
+      const double total_mib = report.Figure(figure + "_total_bytes") / kMib;
+      EXPECT_NEAR(std::atof(text.c_str() + of + 4), total_mib, kShownWithin * total_mib) << text;
+    }
+  }
+  // All that it shows of a region, against the page of metrics of its worker, whose world stands still.
+  static void ExpectPageShown(const Report& report, const std::string& region, const std::string& page) {
+    for (const TimingNames& timing : kTimings) {
+      const std::string family = std::string("tessera_region_") + timing.figure + "_seconds";
+      const double count = MetricOf(page, family + "_count");
+      const double mean_ms = count > 0 ? MetricOf(page, family + "_sum") * 1e3 / count : 0;
+      report.ExpectShown(region + timing.label + " (of all)", mean_ms);
+    }
+    for (const auto& [label, state] : {std::pair("bodies", "owned"), {"ghosts", "ghost"}, {"asleep", "asleep"}}) {
+      const double bodies = MetricOf(page, std::string("tessera_region_bodies{state=\"") + state + "\"}");
+      EXPECT_EQ(report.Shown(region + label), bodies) << label;
+    }
+    EXPECT_EQ(report.Figure(region + "tick"), MetricOf(page, "tessera_region_tick"));
+    report.ExpectShown(region + "virtual memory, MiB", MetricOf(page, "process_virtual_memory_bytes") / kMib);
+    report.ExpectShown(region + "physical memory, MiB", MetricOf(page, "process_resident_memory_bytes") / kMib);
+    for (const std::string memory : {"virtual", "physical"}) {
+      const double total = MetricOf(page, "tessera_host_" + memory + "_memory_total_bytes");
+      EXPECT_EQ(report.Figure(region + "host_" + memory + "_total_bytes"), total);
+    }
+  }
+};
+
 // From the menu by keys into a world of characters, who stand still unless somebody walks them.
-TEST_F(DesktopTest, PlaysAndShowsWhatItCosts) {
+TEST_F(DesktopProfilerTest, PlaysAndShowsWhatItCosts) {
   Start({.scene = support::ScenePath("course"), .regions = 2, .bodies = std::nullopt, .bots = 0});
   ASSERT_TRUE(PlayUntil("running", [&] { return run_->Latest().state() == v1::INSTANCE_STATE_RUNNING; }));
   const auto played =
@@ -161,52 +273,33 @@ TEST_F(DesktopTest, PlaysAndShowsWhatItCosts) {
   ASSERT_EQ(played.exit_code, 0) << played.err;
   ExpectPicture("menu.png");
   ExpectPicture("world.png");
-  const auto after = Report("after");
-  // The report has what tessera_get_stats gave at its moment, in its order, and what the profiler shows.
-  const std::string text = host::ReadFile(File("after"), std::size_t{1} << 20).value_or("");
-  const auto stats = text.find("\nstats ");
-  ASSERT_NE(stats, std::string::npos) << text;
-  std::istringstream given(text.substr(stats + 7));
-  for (const char* name : {"frame_ms", "network_ms", "update_ms", "bodies"}) {
-    double value = 0;
-    ASSERT_TRUE(given >> value) << text;
-    EXPECT_GT(value, 0) << name;
-    EXPECT_NEAR(after.at(name), value, 0.05 * value) << name;
+  for (const char* name : {"before", "after"}) {
+    SCOPED_TRACE(name);
+    const Report running = ReadReport(name);
+    ExpectClientShown(running);
+    for (const std::string region : {"region 1 ", "region 2 "}) {
+      ExpectRegionShown(running, region);
+      EXPECT_TRUE(running.panel.contains(region + "whole tick")) << "of the last second, for the world runs";
+    }
+    ExpectHostShown(running, "region 1 ");
   }
 
-  // A paused world's figures stand, so a report and a page of the same moment can be had.
+  // A paused world's figures stand, so a panel and a page of the same second can be had.
   const std::string id = run_->Latest().id();
   ASSERT_EQ(Tessera({"instance", "pause", id, "--wait"}).exit_code, 0);
   const auto shown = Client({"--control", Control(), "--instance", id},
                             "wait world\nwait figures\nreport " + File("paused") + "\nquit\n");
   ASSERT_EQ(shown.exit_code, 0) << shown.err;
-  const auto report = Report("paused");
+  const Report report = ReadReport("paused");
   const v1::Instance instance = run_->Latest();
   ASSERT_EQ(instance.region_status_size(), 2);
   for (const v1::RegionStatus& status : instance.region_status()) {
     const v1::RegionAddress& at = status.report().address();
     const auto page = telemetry::HttpGet(at.host() + ":" + std::to_string(at.metrics_port()), "/metrics");
     ASSERT_TRUE(page.ok()) << page.status();
-    const std::string name = "region " + std::to_string(status.region()) + " ";
-    const auto metric = [&](const std::string& series) { return MetricOf(page->body, series); };
-    const auto near = [&](const std::string& value, double expected) {
-      ASSERT_TRUE(report.count(name + value)) << name << value;
-      EXPECT_NEAR(report.at(name + value), expected, 0.05 * expected) << name << value;
-    };
-    const auto mean_ms = [&](const std::string& work) {
-      const std::string family = "tessera_region_" + work + "_seconds";
-      const double count = metric(family + "_count");
-      return count > 0 ? metric(family + "_sum") * 1e3 / count : 0;
-    };
-    for (const char* work : {"step", "physics", "prediction", "snapshot_full", "snapshot_delta"}) {
-      near(std::string(work) + "_ms", mean_ms(work));
-    }
-    constexpr double kMib = 1024.0 * 1024;
-    near("tick", metric("tessera_region_tick"));
-    near("process_virtual_mib", metric("process_virtual_memory_bytes") / kMib);
-    near("process_physical_mib", metric("process_resident_memory_bytes") / kMib);
-    near("host_virtual_total_mib", metric("tessera_host_virtual_memory_total_bytes") / kMib);
-    near("host_physical_total_mib", metric("tessera_host_physical_memory_total_bytes") / kMib);
+    const std::string region = "region " + std::to_string(status.region()) + " ";
+    ExpectRegionShown(report, region);
+    ExpectPageShown(report, region, page->body);
   }
 }
 
@@ -222,8 +315,8 @@ TEST_F(DesktopTest, DrawsTheMeshesOfAnImportedLevelInTheirColoursAndPicturesFrom
     SCOPED_TRACE(places[0]);
     std::vector<std::string> arguments{"--control", Control(), "--instance", run_->Latest().id()};
     arguments.insert(arguments.end(), places.begin(), places.end());
-    const auto played = Client(
-        arguments, "wait world\nwait meshes\npress Tab\nframes 20\nscreenshot " + File("sides.png") + "\nquit\n");
+    const auto played = Client(arguments, "wait world\nwait meshes\npress Tab\nwait rest\nframes 2\nscreenshot " +
+                                              File("sides.png") + "\nquit\n");
     ASSERT_EQ(played.exit_code, 0) << played.err;
     EXPECT_EQ(played.err, "");
     // Seven tenths of the light of the sky and a low sun, of half of what a screen has.
