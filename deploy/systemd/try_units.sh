@@ -6,9 +6,11 @@
 # is not there, debootstrap makes it (350 MB from Debian's mirror, two minutes), and apt installs what the packages depend on.
 # Needs root, and: apt-get install debootstrap systemd-container
 #
-# Holds: both services become ready; a host without token says so and stays down; workers, with their pids, outlive the agent's
-# restart, SIGKILL, hang (watchdog) and stop, the control plane's restart and SIGKILL, and an upgrade of all packages; the next
-# agent adopts them and the world runs on. A removal ends them, and with the package comes the world, from its checkpoint.
+# Holds: all services become ready; a host without token says so and stays down; workers, with their pids, outlive the agent's
+# restart, SIGKILL, hang (watchdog) and stop, the control plane's restart and SIGKILL, the gateway's restart and SIGKILL, and an
+# upgrade of all packages; the next agent adopts them and the world runs on. A removal ends them, and with the package comes the
+# world, from its checkpoint. A gateway with a wrong option stays down; it records a world into its own folder, ends the file when
+# it is stopped, and answers again after its restart, SIGKILL and upgrade; recordings outlive its removal, and no purge.
 set -euo pipefail
 
 [[ $# -eq 2 ]] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
@@ -18,7 +20,7 @@ readonly PACKAGES ROOT
 
 fail() {
   printf 'FAILED: %s\n' "$*" >&2
-  inside journalctl --no-pager --output=cat --unit=tessera-agent --unit=tessera-control --lines=30 >&2 || true
+  inside journalctl --no-pager --output=cat --unit=tessera-agent --unit=tessera-control --unit=tessera-gateway --lines=30 >&2 || true
   exit 1
 }
 
@@ -82,6 +84,13 @@ lowest_tick() { inside tessera instance describe inst-1 | awk '$1 ~ /^[0-9]+$/ {
 ticks_beyond() { [[ $(lowest_tick) -gt $1 ]]; }
 ready_again() { [[ $(agent) != "$1" && $(agent) != 0 ]] && inside systemctl is-active tessera-agent; }
 running() { inside tessera instance list | grep -q 'inst-1 *RUNNING'; }
+
+gateway() { inside systemctl show tessera-gateway --property=MainPID --value; }
+another_gateway() { [[ $(gateway) != "$1" && $(gateway) != 0 ]] && inside systemctl is-active tessera-gateway; }
+recordings() { inside tessera record list --gateway 127.0.0.1:7710; }
+# ended_recordings COUNT: the gateway answers, and lists so many recordings with a length.
+ended_recordings() { [[ $(recordings | grep -c '^inst-1-[^ ]* *inst-1 *[0-9.]*s ') -eq $1 ]]; }
+record() { inside tessera record start inst-1 --gateway 127.0.0.1:7710 --token-file /root/operator.token; }
 
 # survived WHAT: the same workers as at the start, and their world goes on.
 survived() {
@@ -149,9 +158,47 @@ inside systemctl kill --signal=KILL tessera-control
 eventually "control plane killed: another answers" inside tessera instance list
 survived "control plane killed"
 
+inside sh -c 'echo "TESSERA_GATEWAY_FLAGS=--nonsense" >/etc/default/tessera-gateway'
+if inside systemctl start tessera-gateway 2>/dev/null; then fail "a gateway with a wrong option is ready"; fi
+[[ $(inside systemctl show tessera-gateway --property=NRestarts --value) == 0 ]] || fail "a gateway with a wrong option is started again"
+echo "ok: a gateway with a wrong option stays down"
+FINGERPRINT=$(inside tessera cluster authority)
+# secret_of NAME ROLE: of a new access token.
+secret_of() { inside tessera token create "$1" --role "$2" | sed -n 's/^secret (shown once): //p'; }
+inside sh -c "umask 077; echo '$(secret_of recorder operator)' >/root/operator.token"
+inside sh -c "umask 077; printf '%s\n' 'TESSERA_TOKEN=$(secret_of page viewer)' \
+  'TESSERA_GATEWAY_FLAGS=--control 127.0.0.1:7700#$FINGERPRINT --recordings-dir /var/lib/tessera-gateway' >/etc/default/tessera-gateway"
+inside systemctl reset-failed tessera-gateway
+inside systemctl start tessera-gateway || fail "tessera-gateway is not ready"
+echo "ok: tessera-gateway is ready"
+eventually "the gateway records the world" record
+
+before=$(gateway)
+inside systemctl restart tessera-gateway || fail "restart of the gateway"
+[[ $(gateway) != "$before" ]] || fail "the gateway was not restarted"
+eventually "gateway restarted: it answers, and the recording was ended" ended_recordings 1
+survived "gateway restarted"
+
+before=$(gateway)
+eventually "the gateway records the world again" record
+inside systemctl kill --signal=KILL tessera-gateway
+eventually "gateway killed: another is ready" another_gateway "$before"
+eventually "gateway killed: another answers, and has one recording that was ended" ended_recordings 1
+survived "gateway killed"
+
+before=$(gateway)
 inside sh -c 'dpkg -i /packages/later/tessera-*.deb' >"$APT_LOG" 2>&1 || { cat "$APT_LOG" >&2; fail "upgrade"; }
 inside dpkg --status tessera-agent | grep -q '^Version: .*+later$' || fail "not upgraded"
+eventually "all packages upgraded: another gateway is ready" another_gateway "$before"
+eventually "all packages upgraded: it answers" recordings
 survived "all packages upgraded"
+
+inside dpkg --remove tessera-gateway >"$APT_LOG" 2>&1 || { cat "$APT_LOG" >&2; fail "removal of tessera-gateway"; }
+if inside systemctl is-active --quiet tessera-gateway; then fail "the gateway outlives the removal of its package"; fi
+[[ $(inside find /var/lib/private/tessera-gateway -name 'inst-1-*.rec' | wc -l) -eq 2 ]] || fail "recordings are gone with the package"
+inside dpkg --purge tessera-gateway >"$APT_LOG" 2>&1 || { cat "$APT_LOG" >&2; fail "purge of tessera-gateway"; }
+if inside test -e /var/lib/private/tessera-gateway; then fail "recordings outlive a purge"; fi
+echo "ok: recordings outlive the removal of the gateway, and no purge"
 
 # All its regions die with the host, so the world comes back from a checkpoint.
 inside tessera instance checkpoint inst-1
