@@ -71,7 +71,7 @@ struct Panel {
   std::vector<Column> columns{};  // the regions that fit a window
   std::size_t more = 0;           // regions that do not
   std::vector<Row> regions{};     // a cell a column
-  std::vector<Bar> host{};        // of the first region that has sent its figures
+  std::vector<Bar> host{};        // as the first region that has sent its figures has it
 };
 
 class Profiler {

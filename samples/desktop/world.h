@@ -35,7 +35,7 @@ class World {
   const Picture& Look(tessera::Client& client, const Hands& hands, float seconds);
   // Where the own body was shown last; nothing while it is out of the world.
   const std::optional<std::array<double, 3>>& own_position() const { return own_position_; }
-  // Whether the camera looks at the own body, and no longer comes after it.
+  // True: the camera looks at the own body, and no longer comes after it.
   bool camera_arrived() const { return camera_arrived_; }
 
  private:
