@@ -84,7 +84,10 @@ std::string Health(const v1::Instance& instance) {
   if (instance.failovers() > 0) {
     out += fmt::format("\nFailovers:    {}, {} bodies lost", instance.failovers(), instance.lost_bodies());
   }
-  if (instance.lost_ticks() > 0) out += fmt::format("\nLost time:    {} ticks", instance.lost_ticks());
+  if (instance.lost_ticks() > 0 || instance.lost_ticks_at_least()) {
+    out += fmt::format("\nLost time:    {}{} ticks", instance.lost_ticks_at_least() ? "at least " : "",
+                       instance.lost_ticks());
+  }
   if (instance.imbalance() > 0) out += fmt::format("\nImbalance:    {:.2f}", instance.imbalance());
   const auto last = std::find_if(instance.checkpoints().rbegin(), instance.checkpoints().rend(),
                                  [](const v1::Checkpoint& checkpoint) { return !checkpoint.taken_back(); });

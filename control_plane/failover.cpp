@@ -170,11 +170,12 @@ absl::StatusOr<region::Resolution> ResolveFailover(const records::Instance& reco
   return *std::move(resolution);
 }
 
-records::Instance WithResolution(const records::Instance& record, const region::Resolution& resolution) {
+records::Instance WithResolution(const records::Instance& record, const region::Resolution& resolution, Now now) {
   records::Instance next = record;
   *next.mutable_failover()->mutable_resolution() = region::ToProto(resolution);
   next.set_failovers(record.failovers() + 1);
   next.set_lost_bodies(record.lost_bodies() + resolution.lost.size());
+  if (!resolution.lost.empty()) *next.mutable_lost_time() = ToTimestamp(now.unix_time);
   for (const BodyId body : resolution.lost) TakeOut(body, *next.mutable_bodies());
   return next;
 }

@@ -48,8 +48,8 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
 // its standby had one does not count, unless a body is missing.
 absl::StatusOr<region::Resolution> ResolveFailover(const records::Instance& record, const Inventories& living);
 
-// Sets what ResolveFailover gave for the failover of `record`.
-records::Instance WithResolution(const records::Instance& record, const region::Resolution& resolution);
+// Sets what ResolveFailover gave for the failover of `record`, and counts what it lost.
+records::Instance WithResolution(const records::Instance& record, const region::Resolution& resolution, Now now);
 // With it, the players: bodies that a dead region was to make, and had not made as far as anybody knows, are made by
 // the region that has the place now.
 Players WithNewSpawns(const Players& players, const records::Instance& record, const region::Resolution& resolution);

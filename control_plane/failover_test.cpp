@@ -64,7 +64,7 @@ struct Newcomer {
     }
     const auto resolution = ResolveFailover(*begun, living);
     if (!resolution.ok()) return resolution.status();
-    return WithResolution(*begun, *resolution);
+    return WithResolution(*begun, *resolution, {});
   }
 
   records::Instance record;
@@ -75,6 +75,7 @@ TEST(FailoverTest, ANewcomerThatDiesBeforeItsStandbyHasACopyHadNothingThatNobody
   ASSERT_TRUE(next.ok()) << next.status();
   EXPECT_EQ(next->failover().dead(0).standby(), 1U);
   EXPECT_EQ(next->lost_bodies(), 0U);
+  EXPECT_FALSE(next->has_lost_time());
 }
 
 TEST(FailoverTest, OfANewcomerNobodyHasACopyAndABodyIsMissing) {

@@ -112,6 +112,7 @@ TEST(SummaryMetricsTest, WhatWaitsAndWhatIsLeftOverAreNumbers) {
   summary.health[0].id = "inst-1";
   summary.health[1].id = "inst-2";
   summary.health[1].lacks_room = true;
+  summary.health[1].last_loss = std::chrono::seconds(1'700'000'000);
   const SummaryMetrics metrics([&] { return summary; }, [] { return Revision(0); });
   std::map<std::string, std::vector<double>> values;
   for (const prometheus::MetricFamily& family : metrics.Collect()) {
@@ -119,6 +120,7 @@ TEST(SummaryMetricsTest, WhatWaitsAndWhatIsLeftOverAreNumbers) {
   }
   EXPECT_EQ(values["tessera_control_stray_checkpoints"], std::vector<double>{3});
   EXPECT_EQ(values["tessera_control_change_waits"], (std::vector<double>{0, 1}));
+  EXPECT_EQ(values["tessera_control_lost_timestamp_seconds"], (std::vector<double>{0, 1'700'000'000}));
 }
 
 TEST_F(HttpPagesTest, OneThatFollowsIsWell) {

@@ -13,7 +13,21 @@ namespace tessera::control {
 namespace {
 
 using std::chrono::seconds;
+using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+// Those of the log since the last round of messages.
+std::vector<std::string> ErrorsOf(ClusterHarness& harness) {
+  std::vector<std::string> errors;
+  for (const LogLine& line : harness.cluster().TakeEffects().log) {
+    if (line.severity == Severity::kError) errors.push_back(line.text);
+  }
+  return errors;
+}
 
 struct CheckpointedWorld {
   explicit CheckpointedWorld(std::int64_t interval_ms, std::uint32_t players = 0) {
@@ -165,10 +179,15 @@ TEST(CheckpointTest, ARegionAndItsStandbyLostTogetherComeBackWithALossOfTime) {
   EXPECT_EQ(harness.cluster().TakeEffects().restore.count(world.id), 1u);
   const auto restored = harness.cluster().Restore(harness.now, world.id, world.last, {"scene", ""}, false);
   ASSERT_TRUE(restored.ok()) << restored.status();
+  const std::vector<std::string> errors = ErrorsOf(harness);
+  ASSERT_THAT(errors, SizeIs(1)) << "whoever looks for errors finds it";
+  EXPECT_THAT(errors[0], StartsWith("time lost id=" + world.id + ": restored from the checkpoint of tick "));
+  EXPECT_THAT(errors[0], HasSubstr(" ticks lost: "));
   harness.Run(seconds(2));
   const v1::Instance instance = harness.Get(world.id);
   EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_RUNNING) << instance.reason();
   EXPECT_GT(instance.lost_ticks(), 0u);
+  EXPECT_TRUE(instance.has_lost_time());
   EXPECT_THAT(instance.events(instance.events_size() - 1).text(),
               HasSubstr("restored from the checkpoint of tick " + std::to_string(world.last.tick())));
   EXPECT_EQ(harness.Workers(), 4u);
@@ -178,6 +197,41 @@ TEST(CheckpointTest, ARegionAndItsStandbyLostTogetherComeBackWithALossOfTime) {
       EXPECT_EQ(worker.order.initial_state().hash(), "hash of " + std::to_string(key.second));
     }
   }
+}
+
+// After all machines were off there may be nobody who knows how far the world was.
+TEST(CheckpointTest, ALossOfWhichNobodyKnowsTheExtentIsAnErrorAndHasItsTime) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.MakeOne();
+  harness.Run(seconds(10));
+  harness.Restart();
+  for (auto& [name, agent] : harness.agents) {
+    for (auto& [key, worker] : agent.fake.workers) worker.report.clear_tick();
+    harness.Attach(agent);
+  }
+  world.KillAll();
+  ASSERT_EQ(world.RestoreIt(), world.last.tick()) << harness.Get(world.id).reason();
+  EXPECT_THAT(ErrorsOf(harness), Contains(AllOf(StartsWith("time lost id=" + world.id),
+                                                HasSubstr("nobody knows how many ticks are lost"))));
+  const v1::Instance instance = harness.Get(world.id);
+  EXPECT_EQ(instance.lost_ticks(), 0U);
+  EXPECT_TRUE(instance.lost_ticks_at_least());
+  harness.Run(seconds(2));
+  const ClusterSummary summary = Summarise(harness.cluster().state());
+  ASSERT_THAT(summary.health, SizeIs(1));
+  EXPECT_GT(summary.health[0].last_loss.count(), 0);
+}
+
+TEST(CheckpointTest, ALossThatSomebodyAskedForIsNoError) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  EXPECT_EQ(Summarise(harness.cluster().state()).health.at(0).last_loss.count(), 0);
+  world.MakeOne();
+  harness.Run(seconds(10));
+  ASSERT_TRUE(harness.cluster().Restore(harness.now, world.id, world.last, {"scene", ""}, false).ok());
+  EXPECT_THAT(ErrorsOf(harness), IsEmpty());
+  EXPECT_GT(harness.Get(world.id).lost_ticks(), 0U);
 }
 
 TEST(CheckpointTest, ARestoreThatCouldNotBeMadeIsTriedAgain) {

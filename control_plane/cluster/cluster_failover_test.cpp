@@ -72,6 +72,7 @@ TEST(FailoverTest, CountsABodyThatNobodyHoldsOnce) {
   harness.Pump();
   EXPECT_TRUE(Joined(Events(harness.Get(id)), "3 bodies promoted, 1 lost")) << harness.Get(id).DebugString();
   EXPECT_EQ(harness.Get(id).lost_bodies(), 1u);
+  EXPECT_TRUE(harness.Get(id).has_lost_time());
   harness.Restart();
   harness.Run(seconds(10));
   harness.Send(agent, agent.fake.Kill({id, 1}, 9));

@@ -291,7 +291,7 @@ FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<D
   records::Instance record = instance.record;
   std::optional<Players> players;
   if (told != nullptr) {
-    record = WithResolution(instance.record, told->resolution);
+    record = WithResolution(instance.record, told->resolution, now);
     players = WithNewSpawns(instance.players, instance.record, told->resolution);
   }
   if (const std::vector<std::uint32_t> beyond = BeyondFailover(record, deaths); !beyond.empty()) {
@@ -319,7 +319,7 @@ FailoverStep Failovers::Begin(const InstanceEntry& instance, const std::vector<D
 FailoverStep Failovers::Resolve(const InstanceEntry& instance, bool silent, Now now) {
   const records::Instance& record = instance.record;
   if (const Told* told = ToldIn(instance)) {  // a slow store holds up whatever comes after it
-    records::Instance next = WithResolution(record, told->resolution);
+    records::Instance next = WithResolution(record, told->resolution, now);
     Players players = WithNewSpawns(instance.players, record, told->resolution);
     if (!OrdersAreOut(instance) && now.steady - told->at < kOrdersPatience) {
       return {.told = std::move(next), .players = std::move(players)};
@@ -339,7 +339,7 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, bool silent, Now 
   auto resolved = ResolveFailover(record, watch.inventories());
   if (!resolved.ok()) return {.given_up = std::string(resolved.status().message())};
   told_[instance.number] = {record.map().version(), now.steady, *resolved};
-  return {.told = WithResolution(record, *resolved), .players = WithNewSpawns(instance.players, record, *resolved)};
+  return {.told = WithResolution(record, *resolved, now), .players = WithNewSpawns(instance.players, record, *resolved)};
 }
 
 // True once no host that can be reached waits for orders about the instance.

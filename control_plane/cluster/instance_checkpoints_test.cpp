@@ -262,6 +262,8 @@ TEST_F(CheckpointsTest, AWorldThatIsLostFailsWithoutACheckpointAndIsRestoredWith
   const records::Instance next = checkpoints_.Restored(instance_, manifest, placed, rig_.now);
   EXPECT_EQ(next.state(), v1::INSTANCE_STATE_STARTING);
   EXPECT_EQ(next.lost_ticks(), 50U);
+  EXPECT_FALSE(next.lost_ticks_at_least());
+  EXPECT_EQ(FromTimestamp(next.lost_time()), rig_.now.unix_time);
   EXPECT_THAT(next.reason(), HasSubstr("50 ticks lost: all are dead"));
   EXPECT_GT(next.placements(0).incarnation(), instance_.record.last_incarnation());
 
@@ -276,7 +278,7 @@ TEST_F(CheckpointsTest, AWorldThatIsLostFailsWithoutACheckpointAndIsRestoredWith
   EXPECT_EQ(instance_.newest_tick, tick + 60) << "it may have failed, and be restored later";
 }
 
-TEST_F(CheckpointsTest, WhereNobodyKnowsHowFarTheWorldWasItSaysAtLeast) {
+TEST_F(CheckpointsTest, WhereNobodyKnowsHowFarTheWorldWasItSaysSo) {
   records::Manifest manifest;
   manifest.set_tick(Make());
   PlacementPlan placed;
@@ -286,7 +288,22 @@ TEST_F(CheckpointsTest, WhereNobodyKnowsHowFarTheWorldWasItSaysAtLeast) {
   instance_.newest_tick = 0;
   const records::Instance next = checkpoints_.Restored(instance_, manifest, placed, rig_.now);
   EXPECT_EQ(next.lost_ticks(), 0U);
-  EXPECT_THAT(next.reason(), HasSubstr("at least 0 ticks lost"));
+  EXPECT_THAT(next.reason(), HasSubstr("nobody knows how many ticks are lost"));
+  EXPECT_TRUE(next.lost_ticks_at_least());
+  EXPECT_EQ(FromTimestamp(next.lost_time()), rig_.now.unix_time) << "it is a loss, of whatever extent";
+}
+
+TEST_F(CheckpointsTest, ARestoreFromTheNewestTickLosesNothing) {
+  records::Manifest manifest;
+  manifest.set_tick(Make());
+  PlacementPlan placed;
+  placed.map = instance_.map;
+  for (const MapRegion& region : instance_.map.regions()) placed.regions.push_back({region.id, alpha_.record.id()});
+  for (WorkerEntry& worker : instance_.workers) worker.report.set_tick(manifest.tick());
+  const records::Instance next = checkpoints_.Restored(instance_, manifest, placed, rig_.now);
+  EXPECT_THAT(next.reason(), HasSubstr(", 0 ticks lost"));
+  EXPECT_FALSE(next.lost_ticks_at_least());
+  EXPECT_FALSE(next.has_lost_time());
 }
 
 }  // namespace

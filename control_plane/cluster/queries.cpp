@@ -153,6 +153,7 @@ ClusterSummary Summarise(const ClusterState& state, std::uint64_t newest_revocat
     health.imbalance = ImbalanceOf(instance);
     health.lost_bodies = record.lost_bodies();
     health.lost_ticks = record.lost_ticks();
+    if (record.has_lost_time()) health.last_loss = FromTimestamp(record.lost_time());
     health.published_events = instance.published_events;
     health.game_messages_waiting = instance.game_messages_waiting;
     health.checkpoints_expected = record.checkpoint_interval_ms() > 0;

@@ -51,6 +51,7 @@ struct InstanceHealth {
   std::chrono::nanoseconds last_checkpoint{0};  // wall clock; 0: none
   double imbalance = 0;                         // 0: not known
   std::uint64_t lost_bodies = 0, lost_ticks = 0;
+  std::chrono::nanoseconds last_loss{0};  // wall clock; 0: it never lost any
   std::uint64_t published_events = 0;
   std::size_t game_messages_waiting = 0;
   bool checkpoints_expected = false;

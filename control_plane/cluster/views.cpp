@@ -202,6 +202,8 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_failovers(record.failovers());
   view.set_lost_bodies(record.lost_bodies());
   view.set_lost_ticks(record.lost_ticks());
+  view.set_lost_ticks_at_least(record.lost_ticks_at_least());
+  if (record.has_lost_time()) *view.mutable_lost_time() = record.lost_time();
   return view;
 }
 
