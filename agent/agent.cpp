@@ -191,6 +191,7 @@ absl::Status Agent::Restore() {
     spdlog::error("workers are looked for by their processes reason={} kept_as={}",
                   LogValue(std::string(loaded.status().message())), LogValue(state_->SetWorkersAside()));
   }
+  TellWorkersAside();
   const WorkersFile file = loaded.ok() ? *std::move(loaded) : WorkersFile();
   for (const v1::WorkerExited& exited : file.exits()) supervisor_.AdoptExit(exited);
   for (const WorkerRecord& record : file.workers()) RestoreWorker(record, file.boot_id() == boot_id_);

@@ -5,7 +5,7 @@
 //   if (!agent.ok()) ...
 //   return (*agent)->Run();
 //
-// It has some 60 methods: one for each thing that happens, and one for each action of the supervisor. None decides.
+// It has some 70 methods: one for each thing that happens, and one for each action of the supervisor. None decides.
 //
 // Thread rule: the main thread, with SIGTERM, SIGINT and SIGHUP blocked in all threads: the agent reads them from a
 // descriptor, and workers that die with it are bound to the thread that started them.
@@ -112,6 +112,13 @@ class Agent {
   void Do(const ForwardReport& action);
   void Do(const ReportExit& action);
   void Save();
+  void SaveWorkers();
+  void SaveIdentity();
+  void SaveOrder(const WorkerKey& key, const v1::WorkerOrder& order);
+  void NoteSaved(StateFile file, const absl::Status& saved);
+  void SaveAgain();
+  void SaveOrdersAgain();
+  void TellWorkersAside();
   void Watch(const WorkerKey& key, host::Process process, const std::string& log_path);
   std::vector<std::string> WorkerArguments(const SpawnWorker& action) const;
   std::vector<std::string> SandboxArguments(const WorkerKey& key) const;
@@ -133,6 +140,10 @@ class Agent {
   KeptRevocations revocations_;
   std::optional<v1::SignedRevocations> unkept_revocations_;  // the disk did not take it yet
   std::string revocations_trouble_;                          // why the last one is not kept; logged once
+  std::set<StateFile> unsaved_;                              // that the disk did not take; a timer tries them again
+  std::map<WorkerKey, v1::WorkerOrder> unkept_orders_;       // likewise
+  bool saves_again_ = false;                                 // the timer runs
+  bool workers_aside_ = false;                               // a file that could not be read lies there
   AgentMetrics metrics_;
   ServiceNotify notify_;
   Supervisor supervisor_;

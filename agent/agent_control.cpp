@@ -63,6 +63,7 @@ v1::AgentHeartbeat Agent::Heartbeat() {
   heartbeat.mutable_time()->set_nanos(static_cast<int>(std::chrono::nanoseconds(time - seconds).count()));
   for (v1::WorkerReport& report : supervisor_.Reports()) *heartbeat.add_workers() = std::move(report);
   metrics_.Heartbeat();
+  if (workers_aside_) TellWorkersAside();  // until somebody has looked at it, and removed it
   KeepRevocations();
   return heartbeat;
 }
@@ -120,7 +121,10 @@ absl::Status Agent::KeepIdentity(const v1::Admitted& admitted) {
     return absl::InvalidArgumentError("admitted: host_id or host_secret is empty");
   }
   const bool same = identity_ && identity_->SerializeAsString() == identity.SerializeAsString();
-  if (absl::Status status = same ? absl::OkStatus() : state_->SaveIdentity(identity); !status.ok()) return status;
+  const absl::Status saved = same ? absl::OkStatus() : state_->SaveIdentity(identity);
+  if (identity_ && !same) NoteSaved(StateFile::kIdentity, saved);
+  // Without them the next agent would be nobody, or show a certificate that has been replaced. All else is remembered.
+  if (!saved.ok() && (!identity_ || !admitted.certificate().empty())) return saved;
   const bool first_key = !identity_ || identity_->revocations_key() != identity.revocations_key();
   identity_ = std::move(identity);
   if (first_key) BeginRevocations();
@@ -153,6 +157,7 @@ void Agent::TakeRevocations(const v1::SignedRevocations& list) {
 void Agent::KeepRevocations() {
   if (!unkept_revocations_) return;
   const absl::Status status = revocations_.Take(*unkept_revocations_);
+  metrics_.SetStateFailing(StateFile::kRevocations, absl::IsUnavailable(status));
   if (!status.ok()) {
     if (!absl::IsUnavailable(status)) unkept_revocations_.reset();
     const std::string why(status.message());
@@ -173,10 +178,7 @@ void Agent::KeepRevocations() {
 // agent remembers the life as long as it runs, and only the next one might let in what is over.
 void Agent::KeepLife(std::uint64_t life) {
   identity_->set_newest_life(life);
-  if (absl::Status status = state_->SaveIdentity(*identity_); !status.ok()) {
-    spdlog::error("cannot keep the newest life of the control plane life={} error={}", life,
-                  LogValue(std::string(status.message())));
-  }
+  SaveIdentity();
 }
 
 void Agent::OnDesired(const v1::DesiredSet& set) {

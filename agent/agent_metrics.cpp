@@ -5,8 +5,9 @@
 namespace tessera::agent {
 namespace {
 
-prometheus::Gauge& Gauge(prometheus::Registry& registry, const std::string& name, const std::string& help) {
-  return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+prometheus::Gauge& Gauge(prometheus::Registry& registry, const std::string& name, const std::string& help,
+                         const prometheus::Labels& labels = {}) {
+  return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add(labels);
 }
 
 prometheus::Counter& Counter(prometheus::Registry& registry, const std::string& name, const std::string& help,
@@ -23,8 +24,8 @@ AgentMetrics::AgentMetrics()
     : registry_(std::make_shared<prometheus::Registry>(prometheus::Registry::InsertBehavior::Merge)),
       workers_(Gauge(*registry_, "tessera_agent_workers", "Workers that run")),
       connected_(Gauge(*registry_, "tessera_agent_control_connected", "1 while connected to the control plane")),
-      state_failing_(Gauge(*registry_, "tessera_agent_state_failing",
-                           "1 if the last write to the agent's state folder failed, else 0")),
+      workers_aside_(Gauge(*registry_, "tessera_agent_workers_file_set_aside",
+                           "1 while a workers.json that could not be read lies in the state folder, else 0")),
       certificate_left_(Gauge(*registry_, "tessera_agent_certificate_left_seconds",
                               "Life that is left of this host's certificate; 0: it has none")),
       certificate_life_(
@@ -35,7 +36,13 @@ AgentMetrics::AgentMetrics()
                        "Connections of workers that were ended because they said too much")),
       clean_(Counter(*registry_, kExits, kExitsHelp, {{"result", "clean"}})),
       error_(Counter(*registry_, kExits, kExitsHelp, {{"result", "error"}})),
-      signal_(Counter(*registry_, kExits, kExitsHelp, {{"result", "signal"}})) {}
+      signal_(Counter(*registry_, kExits, kExitsHelp, {{"result", "signal"}})) {
+  for (const StateFile file : kStateFiles) {
+    state_failing_[file] = &Gauge(*registry_, "tessera_agent_state_failing",
+                                  "1 if the last write of this file to the agent's state folder failed, else 0",
+                                  {{"file", NameOf(file)}});
+  }
+}
 
 void AgentMetrics::Exited(ExitResult result) {
   switch (result) {

@@ -116,6 +116,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
   NoteFoundAttached(key);  // or never will be
   states_.Forget(key, state_->StatesPath());
   state_->ForgetOrder(IdentityOf(key));
+  unkept_orders_.erase(key);
   if (cgroups_) cgroups_->Remove(GroupOf(key));
   supervisor_.Ended(key, status, std::move(lines));
   Settle();
@@ -269,13 +270,7 @@ void Agent::Do(const SendOrder& action) {
   socket_->Send(found->second, action.order);
 }
 
-void Agent::Do(const KeepOrder& action) {
-  if (absl::Status saved = state_->SaveOrder(IdentityOf(action.key), action.order); !saved.ok()) {
-    metrics_.SetStateFailing(true);
-    spdlog::error("cannot keep an order worker={} reason={}", LogValue(action.key.ToString()),
-                  LogValue(std::string(saved.message())));
-  }
-}
+void Agent::Do(const KeepOrder& action) { SaveOrder(action.key, action.order); }
 
 void Agent::Do(const FetchContent& action) { contents_.Want(action.content); }
 
@@ -298,13 +293,6 @@ void Agent::Do(const ReportExit& action) {
               LogValue(exited.last_log_lines().empty() ? "" : *exited.last_log_lines().rbegin()));
   if (exited.identity().pid() != 0) metrics_.Exited(action.result);
   if (session_) SendExited(exited);
-}
-
-void Agent::Save() {
-  if (!supervisor_.TakeDirty(Clock::now()) && !finishing_) return;
-  const absl::Status saved = state_->SaveWorkers(supervisor_.State(boot_id_));
-  metrics_.SetStateFailing(!saved.ok());
-  if (!saved.ok()) spdlog::error("cannot save: {}", std::string(saved.message()));
 }
 
 }  // namespace tessera::agent

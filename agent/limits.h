@@ -108,6 +108,9 @@ inline constexpr std::chrono::milliseconds kKeepPlayersInterval{1000};
 // lost is not counted; shorter, and a host with many workers writes all day.
 inline constexpr Duration kKeepTicksInterval = std::chrono::seconds(5);
 
+// A file of the state folder that could not be written is tried again so much later.
+inline constexpr Duration kSaveRetry = std::chrono::seconds(1);
+
 // Connections to the socket of workers: of one process, which dials anew before the old one is given up, and in all.
 // Beyond, they are closed unread: a worker that was taken over would exhaust this program's descriptors.
 inline constexpr std::size_t kConnectionsOfAProcess = 8, kConnectionsOfAll = 4096;

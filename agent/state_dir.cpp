@@ -42,6 +42,20 @@ absl::StatusOr<M> Load(const std::string& path) {
 
 }  // namespace
 
+const char* NameOf(StateFile file) {
+  switch (file) {
+    case StateFile::kIdentity:
+      return "host.json";
+    case StateFile::kWorkers:
+      return "workers.json";
+    case StateFile::kOrders:
+      return "orders";
+    case StateFile::kRevocations:
+      return "revocations.json";
+  }
+  return "";
+}
+
 absl::StatusOr<std::unique_ptr<StateDir>> StateDir::Open(const std::string& path) {
   std::error_code error;
   const std::string full = fs::absolute(path, error).lexically_normal().string();
@@ -121,10 +135,14 @@ void StateDir::ForgetOrder(const v1::WorkerIdentity& worker) const {
 }
 
 std::string StateDir::SetWorkersAside() const {
-  const std::string kept = path_ + "/workers.json.unreadable";
   std::error_code ignored;  // where it cannot be renamed, the next save replaces it
-  fs::rename(path_ + "/workers.json", kept, ignored);
-  return kept;
+  fs::rename(path_ + "/workers.json", AsidePath(), ignored);
+  return AsidePath();
+}
+
+bool StateDir::WorkersAreAside() const {
+  std::error_code ignored;
+  return fs::exists(AsidePath(), ignored);
 }
 
 absl::StatusOr<KeptRevocationsFile> StateDir::LoadRevocations() const {

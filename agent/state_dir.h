@@ -14,6 +14,7 @@
 // Files appear whole or not at all. Thread rule: `ContentPath` from any thread; all else one owner.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -27,6 +28,12 @@
 #include "agent/content.h"
 
 namespace tessera::agent {
+
+// Those files of it that are written while an agent runs, and of which it is told where they cannot be.
+enum class StateFile { kIdentity, kWorkers, kOrders, kRevocations };
+inline constexpr std::array kStateFiles{StateFile::kIdentity, StateFile::kWorkers, StateFile::kOrders,
+                                        StateFile::kRevocations};
+const char* NameOf(StateFile file);  // "host.json"
 
 class StateDir {
  public:
@@ -48,6 +55,8 @@ class StateDir {
   void ForgetOrder(const v1::WorkerIdentity& worker) const;
   // A file that cannot be read is out of the way, and its content kept: returns where.
   std::string SetWorkersAside() const;
+  // Such a content lies there, until somebody removes it.
+  bool WorkersAreAside() const;
 
   // An empty one where there is no file.
   absl::StatusOr<KeptRevocationsFile> LoadRevocations() const;
@@ -55,6 +64,7 @@ class StateDir {
 
   std::string RevocationsPath() const { return path_ + "/revocations.json"; }
   std::string IdentityPath() const { return path_ + "/host.json"; }
+  std::string AsidePath() const { return path_ + "/workers.json.unreadable"; }
   std::string SocketPath() const { return path_ + "/agent.sock"; }
   std::string StatesPath() const { return path_ + "/states"; }
   std::string ScenesPath() const { return path_ + "/scenes"; }
