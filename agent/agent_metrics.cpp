@@ -38,9 +38,9 @@ AgentMetrics::AgentMetrics()
       error_(Counter(*registry_, kExits, kExitsHelp, {{"result", "error"}})),
       signal_(Counter(*registry_, kExits, kExitsHelp, {{"result", "signal"}})) {
   for (const StateFile file : kStateFiles) {
-    state_failing_[file] = &Gauge(*registry_, "tessera_agent_state_failing",
-                                  "1 if the last write of this file to the agent's state folder failed, else 0",
-                                  {{"file", NameOf(file)}});
+    state_failing_[file] =
+        &Gauge(*registry_, "tessera_agent_state_failing",
+               "1 if the last write of this file to the agent's state folder failed, else 0", {{"file", NameOf(file)}});
   }
 }
 

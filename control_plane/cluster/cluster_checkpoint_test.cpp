@@ -234,6 +234,27 @@ TEST(CheckpointTest, ALossThatSomebodyAskedForIsNoError) {
   EXPECT_GT(harness.Get(world.id).lost_ticks(), 0U);
 }
 
+TEST(CheckpointTest, AWorldWhoseSilentHostsAreRemovedBeginsAgainElsewhereAndNotBefore) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.MakeOne();
+  for (auto& [name, agent] : harness.agents) agent.silent = true;
+  harness.Run(seconds(120));
+  EXPECT_FALSE(harness.cluster().RestoreWantedBefore(world.id)) << "both may run on, where nobody hears them";
+  EXPECT_THAT(harness.Get(world.id).reason(), HasSubstr("tessera host remove HOST --force"));
+  harness.AddHost("gamma", 8);
+  for (const char* name : {"alpha", "beta"}) {
+    v1::RemoveHostRequest remove;
+    remove.set_name(name);
+    remove.set_force(true);
+    ASSERT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
+  }
+  ASSERT_EQ(world.RestoreIt(), world.last.tick());
+  harness.Run(seconds(2));
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(world.id).reason();
+  EXPECT_EQ(harness.agents.at("gamma").fake.workers.size(), 4u);
+}
+
 TEST(CheckpointTest, ARestoreThatCouldNotBeMadeIsTriedAgain) {
   CheckpointedWorld world(0);
   ClusterHarness& harness = world.harness;

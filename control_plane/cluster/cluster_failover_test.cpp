@@ -193,6 +193,41 @@ TEST(FailoverTest, OfTwoHostsThatFallSilentTogetherNeitherIsDeclaredDeadBeforeOn
   ExpectNoIncarnationTwice(harness);
 }
 
+// No death is known, and none is made up: where nobody hears them both may run on.
+TEST(FailoverTest, TwoHostsThatStaySilentAreWaitedForByNameUntilSomebodySaysThatTheyAreGone) {
+  ControlSettings settings;
+  settings.silence_patience = seconds(20);
+  ClusterHarness harness(settings);
+  auto& alpha = harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  alpha.silent = beta.silent = true;
+  harness.Run(seconds(120));
+  const v1::Instance waiting = harness.Get(id);
+  EXPECT_EQ(waiting.state(), v1::INSTANCE_STATE_DEGRADED);
+  EXPECT_EQ(waiting.map().version(), 1u);
+  EXPECT_THAT(waiting.reason(), HasSubstr("waits for host alpha, silent since "));
+  EXPECT_THAT(waiting.reason(), HasSubstr("waits for host beta, silent since "));
+  EXPECT_THAT(waiting.reason(), HasSubstr("tessera host remove HOST --force"));
+  EXPECT_TRUE(Joined(Events(waiting), "waits for host alpha, silent since "));
+  alpha.silent = beta.silent = false;
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
+  EXPECT_EQ(harness.Get(id).failovers(), 0u);
+  ExpectEachBodyOnce(harness, 4);
+
+  alpha.silent = beta.silent = true;
+  harness.Run(seconds(30));
+  for (const char* name : {"alpha", "beta"}) {
+    ASSERT_NE(harness.Get(id).state(), v1::INSTANCE_STATE_FAILED) << harness.Get(id).reason();
+    v1::RemoveHostRequest remove;
+    remove.set_name(name);
+    remove.set_force(true);
+    ASSERT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
+  }
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_FAILED) << "it has no checkpoint";
+}
+
 TEST(FailoverTest, AControlPlaneThatStoodStillBlamesNobody) {
   ClusterHarness harness;
   harness.AddHost("alpha", 4);

@@ -47,22 +47,24 @@ std::string SecondOf(std::chrono::nanoseconds unix_time) {
   return google::protobuf::util::TimeUtil::ToString(second);
 }
 
-// "waits for host beta, silent since 2026-11-28T02:03:04Z: regions 3, 4; waits for host gamma, silent since this ..."
+// "waits for host beta, silent since 2026-11-28T02:03:04Z: regions 3, 4; if a machine is gone for good: ..."
 std::string DescribeAwaited(const ClusterState& state, const InstanceEntry& instance,
                             const std::vector<std::size_t>& awaited) {
   std::map<std::string, std::set<std::uint32_t>> regions;
+  std::string name, text;
   for (const std::size_t index : awaited) {
     const HostEntry* host = HostAt(state, instance, index);
     if (host == nullptr) continue;  // its workers are gone
+    name = host->record.name();
     const bool heard = host->last_heartbeat_time.count() != 0;
-    regions[absl::StrCat("waits for host ", host->record.name(), ", silent since ",
-                         heard ? SecondOf(host->last_heartbeat_time) : "this control plane began")]
-        .insert(instance.workers[index].region);
+    const std::string since = heard ? SecondOf(host->last_heartbeat_time) : "this control plane began";
+    regions[absl::StrCat("waits for host ", name, ", silent since ", since)].insert(instance.workers[index].region);
   }
-  return absl::StrJoin(regions, "; ", [](std::string* out, const auto& entry) {
-    absl::StrAppend(out, entry.first, ": region", entry.second.size() == 1 ? " " : "s ",
-                    absl::StrJoin(entry.second, ", "));
-  });
+  for (const auto& [wait, of] : regions) {
+    absl::StrAppend(&text, wait, ": region", of.size() == 1 ? " " : "s ", absl::StrJoin(of, ", "), "; ");
+  }
+  if (regions.size() > 1) name = "HOST";
+  return text.empty() ? "" : text + "if a machine is gone for good: tessera host remove " + name + " --force";
 }
 
 bool AwaitsResolution(const records::Instance& record) {
@@ -152,7 +154,8 @@ FailoverStep Failovers::GoOn(const InstanceEntry& instance, bool silent, Now now
 
 // Those that have ended or whose host was evicted, and those that are silent while another carries them on; the rest
 // may well run, and is left alone. A newcomer that is silent before its map is committed has nothing to lose. Appends
-// to `awaited` the indices of those that would be dead for their silence but for a last copy that they may have.
+// to `awaited` the indices of those that would be dead for their silence but for a last copy that they may have, and of
+// those whom nobody can carry on, once their host is lost.
 std::vector<Death> Failovers::Deaths(const InstanceEntry& instance, std::vector<std::size_t>& awaited, Now now) const {
   std::vector<Death> deaths;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
@@ -162,8 +165,10 @@ std::vector<Death> Failovers::Deaths(const InstanceEntry& instance, std::vector<
     } else if (Silent(state_, instance, i, settings_.failover_after, now)) {
       const bool joins = instance.record.placements(static_cast<int>(i)).joins();
       const bool has_no_part = joins && !instance.record.planned().committed();
-      if (!has_no_part && !CarriedOnByAnother(instance, i, now)) continue;
-      if (!has_no_part && IsAwaited(instance, i, now)) {
+      if (!has_no_part && !CarriedOnByAnother(instance, i, now)) {
+        const HostEntry* host = HostAt(state_, instance, i);
+        if (host != nullptr && host->lost) awaited.push_back(i);
+      } else if (!has_no_part && IsAwaited(instance, i, now)) {
         awaited.push_back(i);
       } else {
         deaths.push_back({worker.region, worker.incarnation, false});
@@ -339,7 +344,8 @@ FailoverStep Failovers::Resolve(const InstanceEntry& instance, bool silent, Now 
   auto resolved = ResolveFailover(record, watch.inventories());
   if (!resolved.ok()) return {.given_up = std::string(resolved.status().message())};
   told_[instance.number] = {record.map().version(), now.steady, *resolved};
-  return {.told = WithResolution(record, *resolved, now), .players = WithNewSpawns(instance.players, record, *resolved)};
+  return {.told = WithResolution(record, *resolved, now),
+          .players = WithNewSpawns(instance.players, record, *resolved)};
 }
 
 // True once no host that can be reached waits for orders about the instance.

@@ -12,7 +12,8 @@
 // Silence is no death. Who may have the last copy of a region that died, or of which nothing is heard either, is not
 // declared dead for it, since it would be fenced with that copy; and a failover waits for the inventory of a silent
 // host for longer than for one that is heard (docs/decisions/0095-silence-loses-no-world.md). Both end with what the
-// host says, its eviction, or a limit.
+// host says, its eviction, or a limit. Where no death is known and nobody who is heard can carry a silent region on, it
+// may run as before, and is waited for, by name, until its host says something or is evicted.
 //
 // `Next` returns one step of 1 to 4 at a time, from the stored record and what is known. The caller stores the record
 // before anybody gets an order that follows from it, but for a resolution. The records' steps themselves are

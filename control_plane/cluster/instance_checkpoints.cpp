@@ -328,8 +328,8 @@ records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, c
   const bool at_least = newest == 0 || instance.newest_tick_is_kept;
   if (at_least) next.set_lost_ticks_at_least(true);
   if (at_least || lost > 0) *next.mutable_lost_time() = ToTimestamp(now.unix_time);
-  const std::string amount = newest == 0 ? "nobody knows how many ticks are"
-                                         : absl::StrCat(at_least ? "at least " : "", lost, " ticks");
+  const std::string amount =
+      newest == 0 ? "nobody knows how many ticks are" : absl::StrCat(at_least ? "at least " : "", lost, " ticks");
   std::string text = absl::StrCat("restored from the checkpoint of tick ", manifest.tick(), ", ", amount, " lost");
   if (instance.restore_wanted.empty()) {
     next.clear_restores();

@@ -49,5 +49,40 @@ TEST_F(PowerLossTest, TimeThatIsLostIsCountedAlsoWhereAllMachinesAreOffAtOnce) {
   }
 }
 
+// Nobody is known to be dead, so nothing is done by itself. Machines that were only cut off go on where they were.
+TEST_F(PowerLossTest, AWorldWhoseHostsAllFallSilentAtOnceSaysWhomItWaitsForUntilTheySpeak) {
+  for (const bool cut : {true, false}) {
+    SCOPED_TRACE(cut ? "cut off" : "crashed");
+    CheckpointedWorld run(1);
+    Deployment& deployment = run.deployment;
+    deployment.RunFor(Milliseconds(9000));  // the next checkpoint is not made yet
+    const std::uint64_t map = deployment.instance().map().version();
+    if (!cut) deployment.Restored();
+    for (std::uint32_t host = 1; host <= 3; ++host) {
+      if (cut) {
+        deployment.Cut(host, true);
+      } else {
+        deployment.host(host).Crash();
+      }
+    }
+    deployment.RunFor(Milliseconds(60'000));
+    const v1::Instance waiting = deployment.instance();
+    EXPECT_EQ(waiting.state(), v1::INSTANCE_STATE_DEGRADED) << deployment.Standing();
+    EXPECT_EQ(waiting.map().version(), map) << "nobody was declared dead";
+    EXPECT_THAT(waiting.reason(), testing::ContainsRegex("waits for host host[1-3], silent since .*: region"));
+    EXPECT_THAT(waiting.reason(), testing::HasSubstr("if a machine is gone for good: tessera host remove "));
+    for (std::uint32_t host = 1; host <= 3; ++host) {
+      if (cut) {
+        deployment.Cut(host, false);
+      } else {
+        deployment.host(host).StartAgent();
+      }
+    }
+    ASSERT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+    EXPECT_EQ(deployment.instance().lost_ticks() > 0, !cut) << deployment.instance().lost_ticks();
+    run.ExpectWhole();
+  }
+}
+
 }  // namespace
 }  // namespace tessera::simulation
