@@ -6,6 +6,7 @@
 #include <exception>
 #include <iostream>
 #include <map>
+#include <utility>
 
 #include "bench/lasting_restore.h"
 #include "bench/lasting_run.h"
@@ -84,6 +85,27 @@ void AddFullDisk(const LastingVerdict& verdict, const char* config, Report& repo
   add("full_disk_false_degraded_s", degraded);
 }
 
+// Links between hosts of which the regions are neighbours: when it was said, and when it was over.
+void AddCuts(const LastingVerdict& verdict, Report& report) {
+  std::vector<double> degraded_ms, routed_ms, false_running_s;
+  for (const LastingGap& gap : verdict.gaps) {
+    if (!gap.cut) continue;
+    const CutOutcome& outcome = gap.cut_outcome;
+    if (outcome.degraded_s >= 0) degraded_ms.push_back(1000 * outcome.degraded_s);
+    if (outcome.routed_s >= 0) routed_ms.push_back(1000 * outcome.routed_s);
+    false_running_s.push_back(outcome.false_running_s);
+  }
+  if (false_running_s.empty()) return;
+  const auto add = [&](const char* name, double value, const char* unit) {
+    report.Set(kLastingScene, kLastingEngine, "faults", name, value, unit);
+  };
+  add("cuts_not_told", static_cast<double>(verdict.cuts_not_told.size()), "1");
+  add("cuts_routed", static_cast<double>(routed_ms.size()), "1");
+  add("cut_false_running_s", std::ranges::max(false_running_s), "s");
+  AddSpans("cut_degraded_ms", std::move(degraded_ms), report);
+  AddSpans("cut_routed_ms", std::move(routed_ms), report);
+}
+
 void TellFalsehoods(const LastingVerdict& verdict) {
   std::map<std::string, std::pair<double, double>> by_kind;
   for (const LastingGap& gap : verdict.gaps) {
@@ -124,11 +146,13 @@ void AddVerdict(const LastingVerdict& verdict, Report& report) {
   AddWorstSpan("store_member_gap_ms", of(Kind::kStoreMember), report);
   AddWorstSpan("store_leader_gap_ms", of(Kind::kStoreLeader), report);
   AddFullDisk(verdict, "faults", report);
+  AddCuts(verdict, report);
   Tell(verdict.not_well);
   Tell(verdict.lost);
   Tell(verdict.two_writers);
   Tell(verdict.two_owners);
   Tell(verdict.players_dropped);
+  Tell(verdict.cuts_not_told);
   Tell(verdict.false_running.told);
   Tell(verdict.false_degraded.told);
   TellFalsehoods(verdict);

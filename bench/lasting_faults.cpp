@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <random>
-#include <thread>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "host/process.h"
@@ -20,16 +20,17 @@ constexpr std::array<const char*, static_cast<std::size_t>(kLastLastingFault) + 
     "kill-leader",  "stop-leader",  "cut-leader",        "lose-leader", "cut-leader-with-host",
     "kill-store",   "stop-store",   "kill-worker",       "kill-agent",  "freeze-host",
     "cut-host",     "orphan",       "slow-store",        "full-store",  "full-disk",
-    "store-member", "store-leader", "full-store-minute", "old-backup"};
+    "store-member", "store-leader", "full-store-minute", "cut-border",  "old-backup"};
 // How long a fault holds at least and at most; those of a store are fixed.
 constexpr double kShortestHold_s = 2, kLongestHold_s = 8, kSlowStore_s = 2, kFullMinute_s = 60;
+// A link that lasts: it is routed around within 18 s (docs/decisions/0067).
+constexpr double kCutBorder_s = 30;
 constexpr std::chrono::milliseconds kSlowFsync{100};
-// The keys of a store are its record of who wrote: before they go, the witness (lasting_witness.h) has read them.
-constexpr std::chrono::seconds kReadByAll{1};
 
 double HoldOf(Kind kind, double share) {
   if (kind == Kind::kSlowStore) return kSlowStore_s;
   if (kind == Kind::kFullStoreMinute) return kFullMinute_s;
+  if (kind == Kind::kCutBorder) return kCutBorder_s;
   return kShortestHold_s + share * (kLongestHold_s - kShortestHold_s);
 }
 
@@ -53,8 +54,19 @@ absl::Status KillWorker(const LastingStage& stage, std::uint32_t first) {
 
 absl::Status BeginFromBackup(const LastingFault& fault, LastingStage& stage) {
   for (std::uint32_t i = 0; i < stage.controls(); ++i) stage.Kill(Program::kControl, i);
-  std::this_thread::sleep_for(kReadByAll);
+  if (absl::Status status = fault.recorded(); !status.ok()) return status;
   return stage.BeginFrom(fault.backup);
+}
+
+// `mend`: the other way round.
+absl::Status CutBorder(const LastingStage& stage, const LastingFault& fault, bool mend) {
+  const std::uint32_t one = LastingStage::MachineOf(fault.border.first);
+  const std::uint32_t other = LastingStage::MachineOf(fault.border.second);
+  for (const auto& [from, to] : {std::pair(one, other), std::pair(other, one)}) {
+    absl::Status status = mend ? stage.network().Find(from, to) : stage.network().Lose(from, to);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 // `mend`: the other way round.
@@ -182,6 +194,8 @@ absl::Status Strike(LastingFault& fault, LastingStage& stage) {
       if (host.ok()) fault.struck_host = *host;
       return host.status();
     }
+    case Kind::kCutBorder:
+      return CutBorder(stage, fault, false);
     case Kind::kOldBackup:
       return BeginFromBackup(fault, stage);
   }
@@ -231,6 +245,8 @@ absl::Status Mend(const LastingFault& fault, LastingStage& stage) {
       return stage.Restart(Program::kEtcd, fault.store_killed);
     case Kind::kStoreLeader:
       return stage.Restart(Program::kEtcd, fault.store_leader);
+    case Kind::kCutBorder:
+      return CutBorder(stage, fault, true);
     case Kind::kOldBackup:
       for (std::uint32_t i = 0; i < stage.controls(); ++i) {
         if (absl::Status status = stage.Restart(Program::kControl, i); !status.ok()) return status;

@@ -11,7 +11,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -38,6 +40,7 @@ enum class LastingFaultKind {
   kStoreMember,        // a worker dies with a member of etcd that follows, and the other that follows is slow to write
   kStoreLeader,        // a worker dies with the member of etcd that leads
   kFullStoreMinute,    // the store takes no write for a minute, and workers die on two hosts, one after the other
+  kCutBorder,          // the link between two hosts whose regions are neighbours, both ways; others hear both
   kOldBackup,          // all control planes and what is stored are lost, and a backup of some faults ago is taken up
 };
 inline constexpr LastingFaultKind kLastLastingFault = LastingFaultKind::kOldBackup;
@@ -52,7 +55,11 @@ struct LastingFault {
   std::uint32_t store_leader = 0, store_slow = 0;  // members of etcd: that leads; that is to be slow
   std::uint32_t store_killed = 0;
   std::uint32_t struck_host = 0;  // that lost a worker first; set by Strike
-  std::string backup{};           // a file to begin from; to be set before Strike of kOldBackup
+  // To be set before Strike: of kOldBackup a file to begin from, and a function that returns once all that the store
+  // holds is written down, since its keys are its record of who wrote; of kCutBorder two hosts.
+  std::string backup{};
+  std::function<absl::Status()> recorded{};
+  std::pair<std::uint32_t, std::uint32_t> border{};
 };
 
 // Each kind comes once before any comes again, so that a short run has as many kinds as faults. The same seed draws the
@@ -64,7 +71,7 @@ bool StrikesTwice(LastingFaultKind kind);
 
 // Finds whom to strike, as things are now. UNAVAILABLE: nobody leads.
 absl::Status Aim(LastingFault& fault, const LastingStage& stage);
-// UNAVAILABLE: no worker runs, which is to be struck, or no store can be restored.
+// UNAVAILABLE: no worker runs, which is to be struck, or no store can be restored, or not all of it is written down.
 absl::Status Strike(LastingFault& fault, LastingStage& stage);
 absl::Status StrikeAgain(const LastingFault& fault, const LastingStage& stage);
 // All is as before, as far as it can be mended from outside.

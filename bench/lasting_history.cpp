@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 namespace tessera::bench {
 namespace {
@@ -31,6 +32,23 @@ bool StandsStill(const Stalls& stalls, std::uint32_t region, double at, double s
   return found != stalls.end() && std::ranges::any_of(found->second, [&](const Stall& stall) {
            return std::max(stall.from, since) <= at && at < stall.to;
          });
+}
+
+bool WasUnderWay(const std::vector<HostCut>& cuts, double at) {
+  return std::ranges::any_of(cuts, [at](const HostCut& cut) { return cut.from <= at && at < cut.to; });
+}
+
+bool Crosses(const Border& border, const HostCut& cut) {
+  return (border.host_of_one == cut.one && border.host_of_other == cut.other) ||
+         (border.host_of_one == cut.other && border.host_of_other == cut.one);
+}
+
+// As the control plane words it, whichever of them comes first.
+bool NamesBoth(const std::string& reason, const Border& border) {
+  for (const auto& [one, other] : {std::pair(border.one, border.other), std::pair(border.other, border.one)}) {
+    if (reason.find(fmt::format("regions {} and {} have no link", one, other)) != std::string::npos) return true;
+  }
+  return false;
 }
 
 // `lie` says of each claim whether it is one; a claim counts until the next.
@@ -177,14 +195,37 @@ Falsehood FalseRunning(const std::vector<ClaimRecord>& claims, const Stalls& sta
   });
 }
 
-Falsehood FalseDegraded(const std::vector<ClaimRecord>& claims, const Stalls& stalls) {
+Falsehood FalseDegraded(const std::vector<ClaimRecord>& claims, const Stalls& stalls,
+                        const std::vector<HostCut>& cuts) {
   return Add(claims, [&](const ClaimRecord& claim) -> std::string {
     if (!claim.degraded || claim.reason.find("standby") != std::string::npos) return "";
+    const bool names_a_link = claim.reason.find("have no link") != std::string::npos;
+    if (names_a_link && WasUnderWay(cuts, claim.asked)) return "";
     for (const std::uint32_t region : claim.regions) {
       if (StandsStill(stalls, region, claim.asked, 0)) return "";
     }
     return fmt::format("DEGRADED was said at {:.3f} s while all regions stepped: {}", claim.asked, claim.reason);
   });
+}
+
+CutOutcome OutcomeOf(const std::vector<ClaimRecord>& claims, const HostCut& cut, double known_s) {
+  CutOutcome outcome;
+  for (std::size_t i = 0; i + 1 < claims.size(); ++i) {
+    const ClaimRecord& claim = claims[i];
+    if (claim.asked < cut.from || claim.asked >= cut.to || claim.borders.empty()) continue;
+    const double since = claim.asked - cut.from;
+    const auto crosses = [&](const Border& border) { return Crosses(border, cut); };
+    const bool apart = std::ranges::none_of(claim.borders, crosses);
+    const bool named = std::ranges::any_of(
+        claim.borders, [&](const Border& border) { return crosses(border) && NamesBoth(claim.reason, border); });
+    if (outcome.degraded_s < 0 && claim.degraded && named) outcome.degraded_s = since;
+    if (outcome.routed_s < 0 && claim.running && apart) outcome.routed_s = since;
+    if (claim.running && !apart) {
+      const double until = std::min(claims[i + 1].asked, cut.to);
+      outcome.false_running_s += std::max(0.0, until - std::max(claim.asked, cut.from + known_s));
+    }
+  }
+  return outcome;
 }
 
 }  // namespace tessera::bench

@@ -8,6 +8,7 @@
 //   one leader's writes at a time                     (TwoWriters)
 //   no place of a world is stepped by two             (TwoOwners)
 //   what was said to be RUNNING did step              (StallsOf, FalseRunning, FalseDegraded)
+//   neighbours that are cut from each other are named, or moved to where they are not    (OutcomeOf)
 //
 // All times are seconds of one clock. Thread rule: values; functions without state.
 #pragma once
@@ -39,12 +40,25 @@ struct StepRecord {
   std::uint64_t map = 0;    // by this map
 };
 
+// Two regions of a map that are neighbours, and the hosts that run them.
+struct Border {
+  std::uint32_t one = 0, other = 0;
+  std::string host_of_one, host_of_other;
+};
+
 // The control plane's word about the world.
 struct ClaimRecord {
   double asked = 0;
   bool running = false, degraded = false;
   std::string reason;
-  std::vector<std::uint32_t> regions;  // those of the map in force
+  std::vector<std::uint32_t> regions{};  // those of the map in force
+  std::vector<Border> borders{};         // likewise, of regions whose hosts were told
+};
+
+// Packets between two hosts were lost, both ways, while others heard both of them.
+struct HostCut {
+  std::string one, other;
+  double from = 0, to = 0;
 };
 
 // One write to the store, by the leader whose token it is; tokens are the revisions at which leaders were elected.
@@ -97,7 +111,19 @@ struct Falsehood {
 };
 // RUNNING was said while a region of the map stood still.
 Falsehood FalseRunning(const std::vector<ClaimRecord>& claims, const Stalls& stalls);
-// DEGRADED was said while all regions stepped. A missing standby is true whoever steps, so it is no falsehood.
-Falsehood FalseDegraded(const std::vector<ClaimRecord>& claims, const Stalls& stalls);
+// DEGRADED was said while all regions stepped. A missing standby is true whoever steps, so it is no falsehood, and
+// neither is a missing link while there was such a cut.
+Falsehood FalseDegraded(const std::vector<ClaimRecord>& claims, const Stalls& stalls,
+                        const std::vector<HostCut>& cuts = {});
+
+// What was said of a world that had neighbours on both sides of a cut, while it lasted.
+struct CutOutcome {
+  double degraded_s = -1;      // from the cut until DEGRADED was said and the neighbours were named; negative: never
+  double routed_s = -1;        // until it was RUNNING by a map without such neighbours; negative: never
+  double false_running_s = 0;  // RUNNING was said with such neighbours, later than `known_s` after the cut
+
+  bool told() const { return degraded_s >= 0 || routed_s >= 0; }
+};
+CutOutcome OutcomeOf(const std::vector<ClaimRecord>& claims, const HostCut& cut, double known_s);
 
 }  // namespace tessera::bench

@@ -120,6 +120,47 @@ TEST(LastingHistoryTest, DegradedWhileAllStepIsToldUnlessAStandbyIsMissing) {
   EXPECT_DOUBLE_EQ(FalseDegraded(claims, stalls).total_s, 1);
 }
 
+// Region 1 runs on alpha, 2 on beta or, once it has moved, on gamma.
+ClaimRecord ClaimOfBorder(double asked, bool running, const std::string& host_of_two, const std::string& reason = "") {
+  ClaimRecord claim = Claim(asked, running, {1, 2}, reason);
+  claim.borders = {{.one = 1, .other = 2, .host_of_one = "alpha", .host_of_other = host_of_two}};
+  return claim;
+}
+const HostCut kCutOfTest{.one = "beta", .other = "alpha", .from = 10, .to = 40};
+
+TEST(LastingHistoryTest, ACutIsToldWhereItsNeighboursAreNamedAndOverWhereOneHasMoved) {
+  const std::vector<ClaimRecord> claims{ClaimOfBorder(9, true, "beta"),
+                                        ClaimOfBorder(12, true, "beta"),
+                                        ClaimOfBorder(15, false, "beta", "regions 2 and 3 have no link"),
+                                        ClaimOfBorder(16, false, "beta", "regions 1 and 2 have no link"),
+                                        ClaimOfBorder(25, false, "gamma", "failover of region 2 to region 3"),
+                                        ClaimOfBorder(27, true, "gamma"),
+                                        ClaimOfBorder(50, true, "beta")};
+  const CutOutcome outcome = OutcomeOf(claims, kCutOfTest, 5);
+  EXPECT_DOUBLE_EQ(outcome.degraded_s, 6);
+  EXPECT_DOUBLE_EQ(outcome.routed_s, 17);
+  EXPECT_DOUBLE_EQ(outcome.false_running_s, 0) << "nobody can know it at once";
+  EXPECT_TRUE(outcome.told());
+}
+
+TEST(LastingHistoryTest, RunningWithNeighboursThatHaveLongBeenCutIsALie) {
+  const std::vector<ClaimRecord> claims{ClaimOfBorder(9, true, "beta"), ClaimOfBorder(14, true, "beta"),
+                                        ClaimOfBorder(20, false, "beta", "no steps are known of region 2"),
+                                        ClaimOfBorder(30, true, "beta"), ClaimOfBorder(45, true, "beta")};
+  const CutOutcome outcome = OutcomeOf(claims, kCutOfTest, 5);
+  EXPECT_FALSE(outcome.told());
+  EXPECT_DOUBLE_EQ(outcome.false_running_s, 5 + 10);  // 15 to 20, and 30 until it was mended
+}
+
+TEST(LastingHistoryTest, AMissingLinkIsTrueWhileHostsAreCutAndNotLongAfter) {
+  const std::vector<ClaimRecord> claims{
+      ClaimOfBorder(20, false, "beta", "regions 1 and 2 have no link"),
+      ClaimOfBorder(30, false, "beta", "host beta is silent: region 2"), ClaimOfBorder(31, true, "beta"),
+      ClaimOfBorder(41, false, "beta", "regions 1 and 2 have no link"), ClaimOfBorder(43, true, "beta")};
+  EXPECT_DOUBLE_EQ(FalseDegraded(claims, {}, {kCutOfTest}).total_s, 1 + 2);
+  EXPECT_DOUBLE_EQ(FalseDegraded(claims, {}).total_s, 10 + 1 + 2);
+}
+
 TEST(LastingHistoryTest, AStallIsTimeWithoutSteps) {
   std::vector<StepRecord> steps{Reading("w", 1, 0, 0, 1), Reading("w", 1, 1, 60, 1), Reading("w", 1, 2, 60, 1),
                                 Reading("w", 1, 4, 61, 1), Reading("w", 1, 4.2, 73, 1)};

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <deque>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "bench/lasting_stage.h"
 #include "bench/lasting_witness.h"
@@ -30,6 +33,9 @@ constexpr std::size_t kBackupAge = 3;
 // The second blow comes after this share of the time that a fault holds.
 constexpr double kSecondBlow = 1.0 / 3;
 constexpr std::chrono::milliseconds kCheckpointPatience{30000};
+constexpr std::chrono::seconds kWritesPatience{30};
+// A link that is cut for so long degrades the world (docs/operating.md): RUNNING is a lie from then on.
+constexpr double kCutKnown_s = 5;
 
 bool StrikesTheLeader(Kind kind) {
   return kind == Kind::kKillLeader || kind == Kind::kStopLeader || kind == Kind::kCutLeader ||
@@ -91,6 +97,18 @@ std::string WhyNotWell(const v1::Instance& world, std::uint32_t regions, std::ui
   return "";
 }
 
+// Two hosts that run neighbouring regions, the `which`th of such pairs.
+absl::StatusOr<std::pair<std::uint32_t, std::uint32_t>> HostsOfABorder(const std::vector<Border>& borders,
+                                                                       std::uint32_t which) {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const Border& border : borders) {
+    const auto one = LastingStage::HostNamed(border.host_of_one), other = LastingStage::HostNamed(border.host_of_other);
+    if (one && other && *one != *other) pairs.insert(std::minmax(*one, *other));
+  }
+  if (pairs.empty()) return absl::UnavailableError("no two hosts run neighbouring regions");
+  return *std::next(pairs.begin(), static_cast<std::ptrdiff_t>(which % pairs.size()));
+}
+
 std::string Worded(const LastingGap& gap) {
   std::string text = fmt::format("  {}:", NameOf(gap.kind));
   if (gap.leader_s >= 0) text += fmt::format(" changes accepted again after {:.2f} s", gap.leader_s);
@@ -135,7 +153,8 @@ class LastingDrama {
         return status;
     }
     if (!backups_.empty()) fault.backup = backups_.front().file;
-    if (absl::Status status = UntilDone([&] { return Aim(fault, stage_); }); !status.ok()) return status;
+    fault.recorded = [this] { return witnesses_.AwaitWrites(kWritesPatience); };
+    if (absl::Status status = UntilDone([&] { return AimAt(fault, gap); }); !status.ok()) return status;
     const double struck = gap.struck = witnesses_.Now();
     if (absl::Status status = Strike(fault, stage_); !status.ok()) return status;
     plan_.tell(fmt::format("{:.1f} s: {} {} for {:.1f} s, leader {}", struck, NameOf(fault.kind), fault.which,
@@ -149,6 +168,10 @@ class LastingDrama {
       std::this_thread::sleep_for(hold - first);
     }
     gap.mended = witnesses_.Now();
+    if (gap.cut) {
+      gap.cut->from = struck;
+      gap.cut->to = gap.mended;
+    }
     if (absl::Status status = Mend(fault, stage_); !status.ok()) return status;
     if (StrikesTheLeader(fault.kind)) {
       gap.leader_s = witnesses_.AcknowledgedAfter(struck, plan_.patience).value_or(struck - 1) - struck;
@@ -170,6 +193,16 @@ class LastingDrama {
     std::string file;
     double begun = 0;
   };
+
+  absl::Status AimAt(LastingFault& fault, LastingGap& gap) const {
+    if (fault.kind == Kind::kCutBorder) {
+      const auto hosts = HostsOfABorder(witnesses_.Borders(), fault.which);
+      if (!hosts.ok()) return hosts.status();
+      fault.border = *hosts;
+      gap.cut = HostCut{LastingStage::NameOfHost(hosts->first), LastingStage::NameOfHost(hosts->second), 0, 0};
+    }
+    return Aim(fault, stage_);
+  }
 
   // One before each fault, where one of them is to be taken up; the oldest of the last ones comes first.
   absl::Status BackUp() {
@@ -217,7 +250,19 @@ void Judge(const History& history, const std::set<std::string>& hosts, const std
   verdict.two_writers = TwoWriters(history.writes);
   verdict.two_owners = TwoOwners(history.steps);
   verdict.false_running = FalseRunning(history.claims, stalls);
-  verdict.false_degraded = FalseDegraded(history.claims, stalls);
+  std::vector<HostCut> cuts;
+  for (const LastingGap& gap : verdict.gaps) {
+    if (gap.cut) cuts.push_back(*gap.cut);
+  }
+  verdict.false_degraded = FalseDegraded(history.claims, stalls, cuts);
+  for (LastingGap& gap : verdict.gaps) {
+    if (!gap.cut) continue;
+    gap.cut_outcome = OutcomeOf(history.claims, *gap.cut, kCutKnown_s);
+    if (gap.cut_outcome.told()) continue;
+    verdict.cuts_not_told.push_back(
+        fmt::format("{} and {} were cut from each other at {:.1f} s for {:.1f} s, and nobody said so", gap.cut->one,
+                    gap.cut->other, gap.struck, gap.mended - gap.struck));
+  }
   for (LastingGap& gap : verdict.gaps) {
     gap.false_running_s = verdict.false_running.Between(gap.struck, gap.well);
     gap.false_degraded_s = verdict.false_degraded.Between(gap.struck, gap.well);

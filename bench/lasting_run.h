@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,13 +40,16 @@ struct LastingGap {
   // Times of the history: the strike, its end, and all was well again, or it was given up.
   double struck = 0, mended = 0, well = 0;
   double false_running_s = 0, false_degraded_s = 0;  // said in that time
+  std::optional<HostCut> cut{};                      // of kCutBorder, with what was said of it
+  CutOutcome cut_outcome{};
 };
 
 struct LastingVerdict {
   std::vector<std::string> lost, two_writers, two_owners, players_dropped;
   Falsehood false_running, false_degraded;
   std::vector<LastingGap> gaps;
-  std::vector<std::string> not_well;  // faults after which the cluster was not well again in time, and why
+  std::vector<std::string> cuts_not_told;  // neighbours that were cut from each other, and neither named nor moved
+  std::vector<std::string> not_well;       // faults after which the cluster was not well again in time, and why
   std::size_t changes = 0, writes = 0, readings = 0;
   double late_s = 0;  // as the history's
 };

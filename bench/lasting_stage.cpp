@@ -132,6 +132,15 @@ std::vector<std::string> LastingStage::Arguments(Program program, std::uint32_t 
           "--stop-workers"};
 }
 
+std::string LastingStage::NameOfHost(std::uint32_t host) { return absl::StrCat("host-", host + 1); }
+
+std::optional<std::uint32_t> LastingStage::HostNamed(const std::string& name) {
+  for (std::uint32_t host = 0; host < kLastingHosts; ++host) {
+    if (name == NameOfHost(host)) return host;
+  }
+  return std::nullopt;
+}
+
 // --- Starting.
 
 // One for all members: by it clients know them, and it signs itself.
@@ -264,7 +273,7 @@ absl::Status LastingStage::StartHosts() {
       if (!disk.ok()) return disk.status();
       disks_.at(i) = *std::move(disk);
       v1::AddHostRequest request;
-      request.set_name(absl::StrCat("host-", i + 1));
+      request.set_name(NameOfHost(i));
       const auto added = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
       if (absl::Status status = host::WriteFile(Path(Program::kAgent, i, ".token"), added.join_token() + "\n",
                                                 host::Durability::kSurvivesProcess);

@@ -72,6 +72,9 @@ class LastingStage {
   static const char* prefix() { return "lasting"; }
   const local::HostNetwork& network() const { return network_; }
   static std::uint32_t MachineOf(std::uint32_t host) { return kLastingControls + host; }
+  // As the cluster knows it: "host-1" is the first.
+  static std::string NameOfHost(std::uint32_t host);
+  static std::optional<std::uint32_t> HostNamed(const std::string& name);  // nothing: it is none of these
 
   // As etcd says; nothing while nobody leads. The only one leads always.
   std::optional<std::uint32_t> Leader() const;

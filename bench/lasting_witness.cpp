@@ -9,11 +9,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <map>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "bench/scrape.h"
+#include "core/world/partition_io.h"
 #include "local_cluster/bot.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
@@ -58,6 +60,31 @@ std::string PageOf(std::uint16_t port) {
   }
   close(fd);
   return whole ? page : "";
+}
+
+// Each write of a leader writes this key.
+etcdserverpb::RangeRequest HeadOfStore() {
+  etcdserverpb::RangeRequest request;
+  request.set_key(absl::StrCat(LastingStage::prefix(), "/head"));
+  return request;
+}
+
+// Those of the map in force, as far as it is said who runs them.
+std::vector<Border> BordersOf(const v1::Instance& world) {
+  std::map<std::uint32_t, std::string> hosts;
+  for (const v1::RegionStatus& status : world.region_status()) hosts[status.region()] = status.host();
+  std::vector<Border> borders;
+  const auto map = FromProto(world.map());
+  if (!map.ok()) return borders;
+  for (const MapRegion& region : map->regions()) {
+    const std::uint32_t one = region.id.value();
+    for (const RegionId neighbor : map->Neighbors(region.id)) {
+      const std::uint32_t other = neighbor.value();
+      if (one > other || hosts[one].empty() || hosts[other].empty()) continue;
+      borders.push_back({.one = one, .other = other, .host_of_one = hosts[one], .host_of_other = hosts[other]});
+    }
+  }
+  return borders;
 }
 
 }  // namespace
@@ -197,7 +224,7 @@ void LastingWitnesses::AskForTheWorld() {
                         .running = world.state() == v1::INSTANCE_STATE_RUNNING,
                         .degraded = world.state() == v1::INSTANCE_STATE_DEGRADED,
                         .reason = world.reason(),
-                        .regions = {}};
+                        .borders = BordersOf(world)};
       for (const auto& region : world.map().regions()) claim.regions.push_back(region.id());
       const std::lock_guard lock(mutex_);
       history_.claims.push_back(std::move(claim));
@@ -206,10 +233,15 @@ void LastingWitnesses::AskForTheWorld() {
     } else {
       // Nobody said anything: neither true nor false.
       const std::lock_guard lock(mutex_);
-      history_.claims.push_back({.asked = asked, .running = false, .degraded = false, .reason = {}, .regions = {}});
+      history_.claims.push_back({.asked = asked, .reason = {}});
     }
     std::this_thread::sleep_for(kClaimPause);
   }
+}
+
+std::vector<Border> LastingWitnesses::Borders() const {
+  const std::lock_guard lock(mutex_);
+  return latest_ ? BordersOf(*latest_) : std::vector<Border>();
 }
 
 std::optional<v1::Instance> LastingWitnesses::LatestAfter(double since) const {
@@ -306,8 +338,7 @@ void LastingWitnesses::FollowWrites() {
   while (!last_round) {
     last_round = ended_;
     std::vector<WriteRecord> found;
-    etcdserverpb::RangeRequest request;
-    request.set_key(absl::StrCat(LastingStage::prefix(), "/head"));
+    etcdserverpb::RangeRequest request = HeadOfStore();
     bool whole = false;
     while (!whole) {
       const auto head = stage_.etcd()->Range(request, 3s);
@@ -326,9 +357,22 @@ void LastingWitnesses::FollowWrites() {
       known = found.front().revision;
       const std::lock_guard lock(mutex_);
       history_.writes.insert(history_.writes.end(), found.rbegin(), found.rend());
+      written_up_to_ = known;
     }
     if (!last_round) std::this_thread::sleep_for(kWritesPause);
   }
+}
+
+absl::Status LastingWitnesses::AwaitWrites(std::chrono::seconds patience) {
+  const auto head = stage_.etcd()->Range(HeadOfStore(), patience);
+  if (!head.ok()) return head.status();
+  const std::int64_t newest = head->kvs_size() == 0 ? 0 : head->kvs(0).mod_revision();
+  const auto written = [&] {
+    const std::lock_guard lock(mutex_);
+    return written_up_to_ >= newest;
+  };
+  if (WaitFor(written, patience)) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat("nobody has written down the store's revision ", newest));
 }
 
 // --- How late witnesses are, on a machine that is busy.

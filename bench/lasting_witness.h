@@ -22,6 +22,7 @@
 #include <thread>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "bench/lasting_history.h"
 #include "bench/lasting_stage.h"
@@ -44,9 +45,13 @@ class LastingWitnesses {
   std::optional<double> AcknowledgedAfter(double since, std::chrono::seconds patience);
   // The last answer about the world, if one was asked for after `since`.
   std::optional<v1::Instance> LatestAfter(double since) const;
+  // Those of the world, by the last answer about it.
+  std::vector<Border> Borders() const;
   // When every region of the last known map that is later than `map`, had stepped after `since`; nothing within
   // `patience`. `map` 0: of whatever map.
   std::optional<double> SteppedAfter(double since, std::uint64_t map, std::chrono::seconds patience);
+  // Returns once the record of who wrote has all that the store holds by now. UNAVAILABLE: not within `patience`.
+  absl::Status AwaitWrites(std::chrono::seconds patience);
   // A line for each time that a player was thrown out, or could not join: when, and why.
   std::vector<std::string> PlayersDropped() const;
 
@@ -78,6 +83,7 @@ class LastingWitnesses {
   std::uint32_t players_ = 0;  // that were let play
   mutable std::mutex mutex_;   // guards what follows
   History history_;
+  std::int64_t written_up_to_ = 0;  // the newest revision of history_.writes
   std::vector<std::string> dropped_;
   std::optional<v1::Instance> latest_;
   double latest_asked_ = 0;
