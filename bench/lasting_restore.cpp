@@ -33,6 +33,7 @@ constexpr const char* kRestoreScene = "plaza";
 constexpr std::chrono::seconds kRestorePatience{120};
 constexpr double kPlayed_s = 2;  // between two things that are done to a world
 constexpr const char* kLongestTickOfUpgrade = "tessera_region_longest_tick_seconds";
+constexpr const char* kLongestWorkOfUpgrade = "tessera_region_longest_tick_cpu_seconds";
 constexpr double kLongestTickSpan_s = 10;        // it is of the last 5 to 10 s, in which no world is to begin
 constexpr double kTicksPerSecondOfUpgrade = 60;  // as the scene has it
 constexpr double kStood_ms = 300;                // longer than a failover, after which nobody has to come back
@@ -229,9 +230,38 @@ std::string OtherRelease() {
   return folder == nullptr ? "" : folder;
 }
 
-struct UpgradeFigures {
-  std::vector<double> gaps_ms, longest_ticks;
+// The longest tick of any region, and the most time that one took of a processor, as its figures of the last ticks had
+// them at each look.
+class LongestTicks {
+ public:
+  void Look(const std::vector<Worker>& workers) {
+    whole_s_ = std::max(whole_s_, HighestOf(workers, kLongestTickOfUpgrade));
+    worked_s_ = std::max(worked_s_, HighestOf(workers, kLongestWorkOfUpgrade));
+  }
+  double ticks() const { return whole_s_ * kTicksPerSecondOfUpgrade; }
+  double worked_ticks() const { return worked_s_ * kTicksPerSecondOfUpgrade; }
+
+ private:
+  double whole_s_ = 0, worked_s_ = 0;
 };
+
+struct UpgradeFigures {
+  std::vector<double> gaps_ms, longest_ticks, longest_work_ticks;
+  std::vector<double> ticks_before, work_ticks_before;  // looked at as often, while nothing was done
+};
+
+// What comes by itself, on this machine and with as many looks, of which each costs something too.
+absl::Status LookBefore(FailoverStage& stage, std::size_t hosts, UpgradeFigures& figures) {
+  const std::vector<Worker> workers = stage.Workers();
+  LongestTicks longest;
+  for (std::size_t look = 0; look <= hosts; ++look) {
+    if (absl::Status status = stage.PlayFor(kPlayed_s); !status.ok()) return status;
+    longest.Look(workers);
+  }
+  figures.ticks_before.push_back(longest.ticks());
+  figures.work_ticks_before.push_back(longest.worked_ticks());
+  return absl::OkStatus();
+}
 
 // One program after the other, as packages are installed; the control plane first.
 absl::Status RestartOnce(FailoverStage& stage, std::size_t hosts, UpgradeFigures& figures) {
@@ -249,7 +279,8 @@ absl::Status RestartOnce(FailoverStage& stage, std::size_t hosts, UpgradeFigures
     return Clock::now() >= until;
   });
   if (!began.ok()) return began;
-  double longest_s = HighestOf(workers, kLongestTickOfUpgrade);
+  LongestTicks longest;
+  longest.Look(workers);
   // Agents end with the thread that starts them, so players are on another one meanwhile.
   std::atomic<bool> restarted = false;
   auto played = std::async(std::launch::async, [&] {
@@ -263,12 +294,13 @@ absl::Status RestartOnce(FailoverStage& stage, std::size_t hosts, UpgradeFigures
     cluster.UseAgentPrograms(host, "");
     cluster.RestartAgent(host);
     std::this_thread::sleep_for(std::chrono::duration<double>(kPlayed_s));
-    longest_s = std::max(longest_s, HighestOf(workers, kLongestTickOfUpgrade));
+    longest.Look(workers);
   }
   restarted = true;
   if (absl::Status status = played.get(); !status.ok()) return status;
   figures.gaps_ms.push_back(gap.longest_ms());
-  figures.longest_ticks.push_back(longest_s * kTicksPerSecondOfUpgrade);
+  figures.longest_ticks.push_back(longest.ticks());
+  figures.longest_work_ticks.push_back(longest.worked_ticks());
   return stage.PlayOn();
 }
 
@@ -286,11 +318,17 @@ absl::Status RestartCluster(const RestoreSize& size, Report& report) {
     FailoverStage stage(options);
     if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
     if (absl::Status status = stage.PlayFor(kLongestTickSpan_s); !status.ok()) return status;
+    if (absl::Status status = LookBefore(stage, options.hosts, figures); !status.ok()) return status;
     if (absl::Status status = RestartOnce(stage, options.hosts, figures); !status.ok()) return status;
     stage.TakeCensus(outcome);
     outcome.runs += 1;
-    std::cerr << fmt::format("lasting: {} {}: players saw the world stand for {:.0f} ms at the longest\n",
-                             other.empty() ? "restarted" : "upgraded the cluster", run + 1, figures.gaps_ms.back());
+    std::cerr << fmt::format(
+        "lasting: {} {}: players saw the world stand for {:.0f} ms at the longest; longest tick {:.2f} ticks with "
+        "{:.2f} "
+        "of work, before it {:.2f} with {:.2f}\n",
+        other.empty() ? "restarted" : "upgraded the cluster", run + 1, figures.gaps_ms.back(),
+        figures.longest_ticks.back(), figures.longest_work_ticks.back(), figures.ticks_before.back(),
+        figures.work_ticks_before.back());
   }
   const auto add = [&](const std::string& metric, double value, const char* unit) {
     report.Set(kRestoreScene, kRestoreEngine, other.empty() ? "restarts" : "upgrades", metric, value, unit);
@@ -300,6 +338,9 @@ absl::Status RestartCluster(const RestoreSize& size, Report& report) {
   add("upgrade_lost", outcome.lost + outcome.duplicated, "1");
   AddWorst(add, "upgrade_gap_ms", figures.gaps_ms, "ms");
   AddWorst(add, "upgrade_longest_tick_ticks", figures.longest_ticks, "1");
+  AddWorst(add, "upgrade_longest_work_ticks", figures.longest_work_ticks, "1");
+  AddWorst(add, "upgrade_longest_tick_before_ticks", figures.ticks_before, "1");
+  AddWorst(add, "upgrade_longest_work_before_ticks", figures.work_ticks_before, "1");
   return report.Save();
 }
 

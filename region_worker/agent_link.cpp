@@ -41,6 +41,8 @@ struct AgentLink::Impl {
   WakeEvent wake;
   std::thread thread;
 
+  // The loop takes it several times a tick, and goes before the link's threads: what is done under it is short, and
+  // never waits.
   mutable std::mutex mutex;
   std::condition_variable changed;
   std::optional<v1::WorkerOrder> order;          // for the loop
@@ -56,6 +58,7 @@ struct AgentLink::Impl {
   void Run();
   grpc::Status Attach();
   void ReadOrders(Stream& stream);
+  bool Take(v1::AgentOrder& message);
   void WriteReports(Stream& stream);
   bool Unsaid() const { return unsent || inventory_unsent || lease_request; }
   v1::WorkerMessage TakeMessage();
@@ -75,8 +78,10 @@ void AgentLink::Impl::Run() {
     if (std::exchange(attached, false)) {
       backoff = kMinBackoff;
       if (!closing) {
+        lock.unlock();  // the loop waits for no log
         spdlog::warn("agent gone socket={} reason={}", telemetry::LogValue(socket_path),
                      telemetry::LogValue(status.error_message()));
+        lock.lock();
       }
     }
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
@@ -118,20 +123,23 @@ grpc::Status AgentLink::Impl::Attach() {
 void AgentLink::Impl::ReadOrders(Stream& stream) {
   v1::AgentOrder message;
   while (stream.Read(&message)) {
-    const std::lock_guard lock(mutex);
-    if (!std::exchange(attached, true)) {
-      spdlog::info("attached to agent socket={}", telemetry::LogValue(socket_path));
-    }
-    if (message.has_order()) {
-      if (order && Continues(*order, message.order())) CompletePlayers(*std::move(order), *message.mutable_order());
-      order = std::move(*message.mutable_order());
-    }
-    if (message.has_lease()) lease = std::move(*message.mutable_lease());
-    wake.Set();
+    if (Take(message)) spdlog::info("attached to agent socket={}", telemetry::LogValue(socket_path));
   }
   const std::lock_guard lock(mutex);
   stream_broken = true;
   changed.notify_all();
+}
+
+// True: it is the first of its stream.
+bool AgentLink::Impl::Take(v1::AgentOrder& message) {
+  const std::lock_guard lock(mutex);
+  if (message.has_order()) {
+    if (order && Continues(*order, message.order())) CompletePlayers(*std::move(order), *message.mutable_order());
+    order = std::move(*message.mutable_order());
+  }
+  if (message.has_lease()) lease = std::move(*message.mutable_lease());
+  wake.Set();
+  return !std::exchange(attached, true);
 }
 
 // Requires the lock. What is to be said next; the report first.

@@ -212,28 +212,32 @@ void WorkerMetrics::ShowEffects(const game::EffectCounts& effects) {
   }
 }
 
-void WorkerMetrics::CountWait(std::span<const RegionId> neighbours, double seconds) {
-  for (const RegionId neighbour : neighbours) {
-    Counter(*registry_, "tessera_region_neighbour_wait_seconds_total",
-            "Waiting for the neighbour whose frame came last.", {{"neighbour", std::to_string(neighbour.value())}})
-        .Increment(seconds);
-  }
+WorkerMetrics::NeighbourSeries& WorkerMetrics::SeriesOf(RegionId neighbour) {
+  const auto [found, first] = neighbours_.try_emplace(neighbour);
+  NeighbourSeries& series = found->second;
+  if (!first) return series;
+  const prometheus::Labels labels{{"neighbour", std::to_string(neighbour.value())}};
+  series.wait = &Counter(*registry_, "tessera_region_neighbour_wait_seconds_total",
+                         "Waiting for the neighbour whose frame came last.", labels);
+  series.round_trip = &Gauge(*registry_, "tessera_region_link_round_trip_seconds",
+                             "To the neighbour and back; 0 without a link.", labels);
+  series.parts = &Counter(*registry_, "tessera_region_link_parts_total",
+                          "Parts of messages that were sent to the neighbour.", labels);
+  series.resent = &Counter(*registry_, "tessera_region_link_parts_resent_total",
+                           "Those of them that were sent again, because no answer had come in time.", labels);
+  return series;
 }
 
-void WorkerMetrics::ShowRoundTrip(RegionId neighbour, double seconds) {
-  CountWait({&neighbour, 1}, 0);  // the series is there, though nobody has waited yet
-  Gauge(*registry_, "tessera_region_link_round_trip_seconds", "To the neighbour and back; 0 without a link.",
-        {{"neighbour", std::to_string(neighbour.value())}})
-      .Set(seconds);
+void WorkerMetrics::CountWait(std::span<const RegionId> neighbours, double seconds) {
+  for (const RegionId neighbour : neighbours) SeriesOf(neighbour).wait->Increment(seconds);
 }
+
+void WorkerMetrics::ShowRoundTrip(RegionId neighbour, double seconds) { SeriesOf(neighbour).round_trip->Set(seconds); }
 
 void WorkerMetrics::CountParts(RegionId neighbour, const LinkParts::Counts& parts) {
-  const prometheus::Labels labels{{"neighbour", std::to_string(neighbour.value())}};
-  Counter(*registry_, "tessera_region_link_parts_total", "Parts of messages that were sent to the neighbour.", labels)
-      .Increment(parts.sent);
-  Counter(*registry_, "tessera_region_link_parts_resent_total",
-          "Those of them that were sent again, because no answer had come in time.", labels)
-      .Increment(parts.resent);
+  NeighbourSeries& series = SeriesOf(neighbour);
+  series.parts->Increment(parts.sent);
+  series.resent->Increment(parts.resent);
 }
 
 void WorkerMetrics::ShowMessages(const game::MessageStatistics& messages, const region::RelayStatistics& relayed) {
@@ -258,7 +262,9 @@ void WorkerMetrics::Follow(prometheus::Counter& counter, std::uint64_t total) {
 
 void WorkerMetrics::FollowNamed(const char* family, const char* help, const char* label, const std::string& name,
                                 std::uint64_t total) {
-  Follow(Counter(*registry_, family, help, {{label, name}}), total);
+  prometheus::Counter*& counter = named_[{family, name}];
+  if (counter == nullptr) counter = &Counter(*registry_, family, help, {{label, name}});
+  Follow(*counter, total);
 }
 
 void WorkerMetrics::ShowGame(const game::GameHost& game) {

@@ -1,13 +1,17 @@
 // WorkerMetrics: the series that a worker shows Prometheus. docs/metrics.md lists the names and meanings.
 //
-// Every series exists from the start. Counting costs an atomic add, a histogram an uncontended lock; the loop does so a
-// few times a tick, never per body. Thread rule: the loop writes, the HTTP server reads; the objects lock themselves.
+// Every series exists from the start, those of a neighbour or a callback from its first figure on. Counting costs an
+// atomic add, a histogram an uncontended lock; the loop does so a few times a tick, never per body. Only the first
+// figure of a series takes the registry's lock, which a scrape holds for as long as it lasts, on a thread that goes
+// after the loop. Thread rule: the loop writes, the HTTP server reads; the objects lock themselves.
 #pragma once
 
 #include <array>
 #include <map>
 #include <memory>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/game/game_host.h"
@@ -104,7 +108,15 @@ class WorkerMetrics {
   void FollowNamed(const char* family, const char* help, const char* label, const std::string& name,
                    std::uint64_t total);
 
+  struct NeighbourSeries {
+    prometheus::Counter *wait = nullptr, *parts = nullptr, *resent = nullptr;
+    prometheus::Gauge* round_trip = nullptr;
+  };
+  NeighbourSeries& SeriesOf(RegionId neighbour);
+
   std::map<const prometheus::Counter*, std::uint64_t> totals_;
+  std::map<RegionId, NeighbourSeries> neighbours_;
+  std::map<std::pair<std::string, std::string>, prometheus::Counter*> named_;  // by family and name
 };
 
 }  // namespace tessera::worker
