@@ -27,7 +27,7 @@ constexpr std::chrono::seconds kFetchTimeout{5};
 constexpr std::size_t kMaxKept = 64;  // authorities, of one process
 // For a channel to several: soon after another was elected it is connected to it. Control planes take pings from 1 s
 // on.
-constexpr int kFirstReconnect_ms = 100, kLastReconnect_ms = 1000, kSilence_ms = 2000, kAnswer_ms = 1500;
+constexpr int kFirstReconnect_ms = 100, kLastReconnect_ms = 1000, kSilence_ms = 1500, kAnswer_ms = 1000;
 
 // A fingerprint names one certificate for ever, so what was found for it holds wherever it is met again.
 absl::StatusOr<std::string> AuthorityOf(const ControlAddress& address, std::chrono::milliseconds patience) {

@@ -196,6 +196,19 @@ absl::StatusOr<std::chrono::seconds> EtcdClient::KeepAlive(std::int64_t lease, S
   return std::chrono::seconds(response.ttl());
 }
 
+absl::StatusOr<EtcdClient::LeaseLeft> EtcdClient::TimeToLive(std::int64_t lease, Span patience) const {
+  pb::LeaseTimeToLiveRequest request;
+  request.set_id(lease);
+  pb::LeaseTimeToLiveResponse response;
+  absl::Status status = Once(patience, [&](Member& member, grpc::ClientContext& context) {
+    return member.lease->LeaseTimeToLive(&context, request, &response);
+  });
+  if (!status.ok()) return status;
+  if (response.ttl() < 0) return absl::NotFoundError("etcd: the lease is over");
+  return LeaseLeft{.left = std::chrono::seconds(response.ttl()),
+                   .granted = std::chrono::seconds(response.grantedttl())};
+}
+
 bool EtcdClient::IsAmbiguous(const absl::Status& status) {
   // A request that etcd refuses by these has not been proposed to the other members.
   return !absl::IsInvalidArgument(status) && !absl::IsResourceExhausted(status) && !absl::IsOutOfRange(status) &&

@@ -46,6 +46,13 @@ class EtcdClient {
   // A transaction that holds nothing but ranges.
   absl::StatusOr<etcdserverpb::TxnResponse> Read(const etcdserverpb::TxnRequest& request, Span patience) const;
 
+  struct LeaseLeft {
+    std::chrono::seconds left{0};  // rounded down
+    std::chrono::seconds granted{0};
+  };
+  // Tried once. What somebody else's lease has left; NOT_FOUND: it is over.
+  absl::StatusOr<LeaseLeft> TimeToLive(std::int64_t lease, Span patience) const;
+
   // --- Writes, tried once.
   absl::StatusOr<etcdserverpb::TxnResponse> Write(const etcdserverpb::TxnRequest& request, Span patience) const;
   absl::Status Compact(std::int64_t revision, Span patience) const;

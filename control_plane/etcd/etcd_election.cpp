@@ -16,10 +16,16 @@ namespace {
 namespace pb = etcdserverpb;
 
 constexpr char kNoDoor[] = "-";
-// The share of a lease by which we step down before its end, and the share after which it is renewed.
-constexpr int kElectionMargin = 10, kElectionRenewals = 3;
+// The share of a lease by which we step down before its end, and the share after which it is renewed. Seldomer, and an
+// election among etcd's members leaves less of the lease; more often, and etcd is asked more for nothing.
+constexpr int kElectionMargin = 10, kElectionRenewals = 8;
+// The share of a lease at its end in which a leader that has not renewed it counts as silent. A larger one, and a
+// machine that stands still for a second or two, or a member of etcd that hangs, costs a leader.
+constexpr int kElectionSilence = 4;
 // A call of the election; etcd's answers come in milliseconds. A renewal that takes longer is tried at another member.
-constexpr std::chrono::milliseconds kElectionPatience{1000};
+constexpr std::chrono::milliseconds kElectionPatience{1000}, kRenewalPatience{500};
+// A follower's question about the leader's lease, between two looks at its key.
+constexpr std::chrono::milliseconds kSilencePatience{300};
 
 }  // namespace
 
@@ -79,7 +85,8 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
     } else if (is_anothers) {
       say(ReadLeaderAddress((*leader)->value()));
       note(absl::OkStatus());
-      if (EndTermOfGone(**leader, probe)) continue;
+      if (IsGone(**leader, probe) && EndTerm(**leader, "its process is gone")) continue;
+      if (IsSilent(**leader) && EndTerm(**leader, "it does not renew its lease")) continue;
     } else {
       say(std::nullopt);
       const absl::Status won = leader.ok() ? TryToWin() : leader.status();
@@ -98,19 +105,30 @@ bool EtcdElection::Serves(std::int64_t term) const {
   return serving.ok() && serving->has_value() && (*serving)->value() == absl::StrCat(term);
 }
 
-// Whether the leader's term is over because its process is gone.
-bool EtcdElection::EndTermOfGone(const pb::KeyValue& leader, LeaderProbe& probe) {
+// True if the leader's process is gone, though its lease stands.
+bool EtcdElection::IsGone(const pb::KeyValue& leader, LeaderProbe& probe) const {
   const std::int64_t term = leader.create_revision();
   if (const auto at = ReadLeaderAddress(leader.value()); at && !probe.watches(term) && Serves(term)) {
     probe.Begin(term, at->operators.empty() ? at->players : at->operators);
   }
-  if (!probe.watches(term) || !probe.IsGone() || !Serves(term)) return false;
+  return probe.watches(term) && probe.IsGone() && Serves(term);
+}
+
+// True if the leader has let most of its lease pass without renewing it. etcd tells whole seconds, rounded down, so of
+// a lease of less than four it cannot be said. A member of etcd that is elected gives each lease all of its time anew.
+bool EtcdElection::IsSilent(const pb::KeyValue& leader) const {
+  const auto lease = client_.TimeToLive(leader.lease(), kSilencePatience);
+  return lease.ok() && (lease->left + std::chrono::seconds(1)) * kElectionSilence <= lease->granted;
+}
+
+// False: another leads by now, or it is not known; the next look tells.
+bool EtcdElection::EndTerm(const pb::KeyValue& leader, const char* why) {
   pb::TxnRequest request;
-  EtcdFence{.key = key_, .token = term}.AddTo(request);
+  EtcdFence{.key = key_, .token = leader.create_revision()}.AddTo(request);
   request.add_success()->mutable_request_delete_range()->set_key(key_);
   const auto ended = client_.Write(request, kElectionPatience);
-  if (!ended.ok() || !ended->succeeded()) return false;  // another leads by now, or the next look tries again
-  spdlog::warn("leader's process is gone leader=\"{}\" token={}", leader.value(), term);
+  if (!ended.ok() || !ended->succeeded()) return false;
+  spdlog::warn("leader deposed leader=\"{}\" token={} reason=\"{}\"", leader.value(), leader.create_revision(), why);
   return true;
 }
 
@@ -208,7 +226,7 @@ void EtcdElection::Renew(std::int64_t lease, std::int64_t token) {
     }
     lock.unlock();
     const Clock::time_point sent = Clock::now();
-    const auto ttl = client_.KeepAlive(lease, kElectionPatience);
+    const auto ttl = client_.KeepAlive(lease, kRenewalPatience);
     const auto leader = ReadLeader(kElectionPatience);
     lock.lock();
     const bool is_ours = leader.ok() && leader->has_value() && (*leader)->create_revision() == token;

@@ -235,6 +235,76 @@ TEST_F(EtcdElectionDeathTest, WhoIsDeposedSaysNothing) {
   EXPECT_EQ(etcd_.Value("tessera/serving"), "");
 }
 
+// A leader that is cut off or stands still: its lease stands, and hardly anything is left of it.
+class EtcdElectionSilenceTest : public EtcdElectionTest {
+ protected:
+  // Another one campaigns, for so many polls unless it is elected.
+  bool IsElected(std::chrono::seconds ttl, int polls) {
+    EtcdElection next(*client_, "tessera", {.operators = "b:1", .players = ""}, {.ttl = ttl, .poll = 10ms});
+    return next.Campaign(kNobodyListens, [&] { return --polls < 0; }).ok();
+  }
+};
+
+TEST_F(EtcdElectionSilenceTest, WhoDoesNotRenewIsNotWaitedForToTheEnd) {
+  EtcdElection leader(*client_, "tessera", {.operators = "a:1", .players = ""}, {.ttl = 4s, .poll = 10ms});
+  ASSERT_TRUE(leader.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.SetLeft(0s);  // less than one
+  EXPECT_TRUE(IsElected(4s, 10'000));
+  EXPECT_FALSE(leader.Confirm(kProofPatience)) << "were it alive after all, it would know";
+  EXPECT_LE(leader.Left(), 0s);
+}
+
+TEST_F(EtcdElectionSilenceTest, WhoHasMoreLeftIsLetBe) {
+  EtcdElection leader(*client_, "tessera", {.operators = "a:1", .players = ""}, {.ttl = 4s, .poll = 10ms});
+  ASSERT_TRUE(leader.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.SetLeft(1s);
+  EXPECT_FALSE(IsElected(4s, 20));
+  EXPECT_TRUE(leader.Confirm(kProofPatience));
+}
+
+TEST_F(EtcdElectionSilenceTest, OfAShortLeaseWholeSecondsSayTooLittle) {
+  EtcdElection leader(*client_, "tessera", {.operators = "a:1", .players = ""}, {.ttl = 3s, .poll = 10ms});
+  ASSERT_TRUE(leader.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.SetLeft(0s);
+  EXPECT_FALSE(IsElected(3s, 20));
+  EXPECT_TRUE(leader.Confirm(kProofPatience));
+}
+
+// By etcd's own word, whose leases have their time.
+TEST(EtcdElectionRealTest, SomebodyElsesLeaseIsAskedFor) {
+  const auto client = *EtcdClient::Make(RealEtcd::Shared().address("lease"), {});
+  const auto granted = client->Grant(600s, kProofPatience);
+  ASSERT_TRUE(granted.ok()) << granted.status();
+  const auto lease = client->TimeToLive(granted->id(), kProofPatience);
+  ASSERT_TRUE(lease.ok()) << lease.status();
+  EXPECT_EQ(lease->granted, 600s);
+  EXPECT_LE(lease->left, 600s);
+  EXPECT_GT(lease->left, 300s);
+  ASSERT_TRUE(client->Revoke(granted->id(), kProofPatience).ok());
+  EXPECT_EQ(client->TimeToLive(granted->id(), kProofPatience).status().code(), absl::StatusCode::kNotFound);
+}
+
+// A lease that nobody renews, of eight seconds: the term is over with the sixth.
+TEST(EtcdElectionRealTest, ASilentLeaderIsFollowedBeforeItsLeaseIsOver) {
+  const EtcdAddress address = RealEtcd::Shared().address("silence");
+  const auto client = *EtcdClient::Make(address, {});
+  const auto granted = client->Grant(8s, kProofPatience);
+  ASSERT_TRUE(granted.ok()) << granted.status();
+  etcdserverpb::TxnRequest request;
+  etcdserverpb::PutRequest& put = *request.add_success()->mutable_request_put();
+  put.set_key(address.prefix + "/leader");
+  put.set_value("a:1 -");
+  put.set_lease(granted->id());
+  ASSERT_TRUE(client->Write(request, kProofPatience).ok());
+  EtcdElection next(*client, address.prefix, {.operators = "b:1", .players = ""}, kQuick);
+  const auto fence = next.Campaign(kNobodyListens, kNobodyGivesUp);
+  ASSERT_TRUE(fence.ok()) << fence.status();
+  const auto left = client->TimeToLive(granted->id(), kProofPatience);
+  if (left.ok()) {  // else this machine was so slow that etcd ended it first
+    EXPECT_LT(left->left, 2s) << "and not before";
+  }
+}
+
 TEST(LeaderAddressTest, IsTheSameAfterItWasRead) {
   for (const LeaderAddress& address :
        {LeaderAddress{.operators = "a:1", .players = "b:2"}, LeaderAddress{.operators = "", .players = "b:2"}}) {

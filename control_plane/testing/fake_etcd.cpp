@@ -85,6 +85,11 @@ void FakeEtcd::FailReads(bool fail) {
   fail_reads_ = fail;
 }
 
+void FakeEtcd::SetLeft(std::chrono::seconds left) {
+  const std::lock_guard lock(mutex_);
+  left_ = left.count();
+}
+
 void FakeEtcd::ExpireLeases() {
   const std::lock_guard lock(mutex_);
   while (!leases_.empty()) EndLease(leases_.begin()->first);
@@ -269,6 +274,16 @@ grpc::Status FakeEtcd::LeaseRevoke(grpc::ServerContext*, const pb::LeaseRevokeRe
     return {grpc::StatusCode::NOT_FOUND, "etcdserver: requested lease not found"};
   }
   EndLease(request->id());
+  return grpc::Status::OK;
+}
+
+grpc::Status FakeEtcd::LeaseTimeToLive(grpc::ServerContext*, const pb::LeaseTimeToLiveRequest* request,
+                                       pb::LeaseTimeToLiveResponse* response) {
+  const std::lock_guard lock(mutex_);
+  const auto lease = leases_.find(request->id());
+  response->set_id(request->id());
+  response->set_ttl(lease == leases_.end() ? -1 : left_.value_or(lease->second));
+  response->set_grantedttl(lease == leases_.end() ? 0 : lease->second);
   return grpc::Status::OK;
 }
 

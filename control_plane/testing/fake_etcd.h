@@ -19,6 +19,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,8 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
   void FailRevocations(bool fail);
   // Reads fail with UNAVAILABLE, or not any more: transactions without a write among them.
   void FailReads(bool fail);
+  // All leases have so much left, as if nobody had renewed them, though they never end of it; else all of their time.
+  void SetLeft(std::chrono::seconds left);
   // Ends all leases, as if their time were over.
   void ExpireLeases();
   // The lease goes on, says etcd, though its key is gone: what 3.4.23 has been seen to do.
@@ -79,6 +82,8 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
   grpc::Status LeaseKeepAlive(grpc::ServerContext*,
                               grpc::ServerReaderWriter<etcdserverpb::LeaseKeepAliveResponse,
                                                        etcdserverpb::LeaseKeepAliveRequest>* stream) override;
+  grpc::Status LeaseTimeToLive(grpc::ServerContext*, const etcdserverpb::LeaseTimeToLiveRequest*,
+                               etcdserverpb::LeaseTimeToLiveResponse*) override;
 
  private:
   using Entries = std::map<std::string, etcdserverpb::KeyValue>;
@@ -99,6 +104,7 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
   std::int64_t compacted_ = 0;
   std::int64_t last_lease_ = 7000;
   std::map<std::int64_t, std::int64_t> leases_;  // to their seconds
+  std::optional<std::int64_t> left_;             // seconds; the same for each of them
   std::deque<Fault> faults_;
   std::vector<etcdserverpb::TxnRequest> late_;
   bool fail_renewals_ = false, fail_revocations_ = false, fail_reads_ = false;
