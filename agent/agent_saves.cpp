@@ -1,4 +1,4 @@
-// What the agent writes to its state folder. A file that the disk does not take is an error in the log, once, a metric
+// The agent's writes to its state folder. A file that the disk does not take is an error in the log, once, a metric
 // until it is written, and tried again; nothing else waits for it.
 #include <spdlog/spdlog.h>
 
@@ -35,7 +35,7 @@ void Agent::NoteSaved(StateFile file, const absl::Status& saved) {
   if (saved.ok()) {
     if (unsaved_.erase(file) == 0) return;
     spdlog::info("saved again file={}", NameOf(file));
-    if (file == StateFile::kIdentity) next_renewal_ = Clock::now();  // of a certificate that could not be kept
+    if (file == StateFile::kIdentity) next_renewal_ = Clock::now();  // if a certificate could not be kept
     return;
   }
   if (!unsaved_.insert(file).second) return;

@@ -116,7 +116,7 @@ Falsehood FalseRunning(const std::vector<ClaimRecord>& claims, const Stalls& sta
 Falsehood FalseDegraded(const std::vector<ClaimRecord>& claims, const Stalls& stalls,
                         const std::vector<HostCut>& cuts = {});
 
-// What was said of a world that had neighbours on both sides of a cut, while it lasted.
+// The judgement of all that was said of a world with neighbours on both sides of a cut, while it lasted.
 struct CutOutcome {
   double degraded_s = -1;      // from the cut until DEGRADED was said and the neighbours were named; negative: never
   double routed_s = -1;        // until it was RUNNING by a map without such neighbours; negative: never

@@ -250,7 +250,7 @@ struct UpgradeFigures {
   std::vector<double> ticks_before, work_ticks_before;  // looked at as often, while nothing was done
 };
 
-// What comes by itself, on this machine and with as many looks, of which each costs something too.
+// Looks as often while nothing is done: these ticks come by themselves, or with the looks, on this machine.
 absl::Status LookBefore(FailoverStage& stage, std::size_t hosts, UpgradeFigures& figures) {
   const std::vector<Worker> workers = stage.Workers();
   LongestTicks longest;

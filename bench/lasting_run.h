@@ -40,7 +40,7 @@ struct LastingGap {
   // Times of the history: the strike, its end, and all was well again, or it was given up.
   double struck = 0, mended = 0, well = 0;
   double false_running_s = 0, false_degraded_s = 0;  // said in that time
-  std::optional<HostCut> cut{};                      // of kCutBorder, with what was said of it
+  std::optional<HostCut> cut{};                      // the fault is kCutBorder
   CutOutcome cut_outcome{};
 };
 
