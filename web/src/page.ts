@@ -363,14 +363,14 @@ export class Page implements SessionListener {
     this.view.update(now_s);
     this.session.drawing(now_s + Math.min(LONGEST_PICTURE_S, since_s));
     this.labels.draw(this.session.bodies, this.view, this.names);
-    const own_ms = performance.now() - begin;
-    this.view.render();
-    this.perf.add(begin, own_ms + this.session.feed.spent_ms, performance.now() - begin);
-    this.session.feed.spent_ms = 0;
     if (now_s - this.slow_s > SLOW_UI_EVERY_S) {
       this.slow_s = now_s;
       this.drawSlowly(now_s);
     }
+    const own_ms = performance.now() - begin;
+    this.view.render();
+    this.perf.add(begin, own_ms + this.session.feed.spent_ms, performance.now() - begin);
+    this.session.feed.spent_ms = 0;
   }
 
   private steer(now_s: number, seconds: number): void {

@@ -3,7 +3,8 @@
 // that the page draws each body with. Frame rate, script time a frame against copying 5000 matrices, size, requests,
 // complaints. Script time is told twice: by the clock, which also counts what other threads of the browser take from the
 // page's where processors are few, and as that thread's own time of a processor. Frames are not capped; the two pages take
-// turns, so that a busy machine slows both, and the feed waits while the bare page has its turn. The feed is that of a
+// turns, so that a busy machine slows both, and the feed waits while the bare page has its turn. The machine room is
+// hidden: its table is written and its charts are not. The feed is that of a
 // gateway, kept by --record, or else the fake gateway's. With --load it measures instead what a browser loads of a real
 // gateway, and how soon the page draws.
 //
