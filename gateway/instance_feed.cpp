@@ -86,7 +86,10 @@ bool InstanceFeed::WatchOnce() {
 }
 
 WorldList::WorldList(std::shared_ptr<grpc::Channel> channel, std::string address)
-    : channel_(std::move(channel)), address_(std::move(address)), thread_([this] { Run(); }) {}
+    : channel_(std::move(channel)),
+      address_(std::move(address)),
+      list_{.instances = {}, .problem = absl::StrCat("control plane at ", address_, ": it has not answered yet.")},
+      thread_([this] { Run(); }) {}
 
 WorldList::~WorldList() {
   {

@@ -7,7 +7,7 @@ import { takeKey, takeTicket } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
 import { Board } from './ui/board.ts';
 import { DetailPanel } from './ui/detail.ts';
-import { h, setText } from './ui/dom.ts';
+import { capital, h, setText } from './ui/dom.ts';
 import { Hands } from './ui/hands.ts';
 import { Keys } from './ui/keys.ts';
 import { Labels } from './ui/labels.ts';
@@ -472,8 +472,4 @@ export class Page implements SessionListener {
       },
     });
   }
-}
-
-function capital(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
 }

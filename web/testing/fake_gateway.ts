@@ -49,6 +49,8 @@ export class FakeGateway {
   refuse = false; // closes viewers at once, as a gateway that goes away
   barred = ''; // why it lets no viewer in, as a gateway whose token has too small a right
   mute = false; // sends no frames, as a gateway whose world sends none
+  list_problem = ''; // why the list of worlds is old, as of a gateway whose control plane is away
+  no_worlds = false; // the list is empty
   private readonly server: Server;
   private readonly sockets: WebSocketServer;
   readonly refused: string[] = []; // by each socket that asked for a world that is not there
@@ -129,7 +131,8 @@ export class FakeGateway {
       response.end(JSON.stringify(value));
     };
     if (path === '/api/worlds') {
-      return json({ worlds: [{ instance: INSTANCE, scene: 'plaza', state: 'RUNNING', regions: 4, players: this.world.players.size }] });
+      const worlds = this.no_worlds ? [] : [{ instance: INSTANCE, scene: 'plaza', state: 'RUNNING', regions: 4, players: this.world.players.size }];
+      return json({ worlds, ...(this.list_problem === '' ? {} : { problem: this.list_problem }) });
     }
     if (path === '/api/recordings') return json({ recordings: [{ file: 'plaza-1-20260101T000000.rec', instance: INSTANCE, bytes: 5400000, seconds: 60 }] });
     if (path.startsWith('/visuals/')) {

@@ -1,12 +1,13 @@
 // WorldList: what `/` shows: the worlds that run, the recordings there are, and what to do where there is neither.
 
 import type { RecordingEntry, WorldEntry } from '../protocol/messages.ts';
-import { bytes, clock, h } from './dom.ts';
+import { bytes, capital, clock, h, setText } from './dom.ts';
 
 const REFRESH_S = 2;
 
 export class WorldList {
   readonly element = h('main', { id: 'worlds', hidden: true });
+  private readonly problem = h('p', { class: 'warn', role: 'alert', hidden: true });
   private readonly worlds = h('div', { class: 'cards' });
   private readonly recordings = h('div', { class: 'cards' });
   private readonly note = h('p', { role: 'status' });
@@ -16,6 +17,7 @@ export class WorldList {
     this.element.append(
       h('h1', {}, 'Worlds'),
       h('p', { class: 'lead' }, 'Choose one to watch. This list follows what the control plane runs.'),
+      this.problem,
       this.worlds,
       this.note,
       h('h1', {}, 'Recordings'),
@@ -37,19 +39,24 @@ export class WorldList {
   private async refresh(): Promise<void> {
     try {
       const [worlds, recordings] = await Promise.all([
-        get<{ worlds: WorldEntry[] }>('/api/worlds'),
+        get<{ worlds: WorldEntry[]; problem?: string }>('/api/worlds'),
         get<{ recordings: RecordingEntry[] }>('/api/recordings'),
       ]);
-      this.drawWorlds(worlds.worlds);
+      this.drawWorlds(worlds.worlds, worlds.problem ?? '');
       this.drawRecordings(recordings.recordings);
     } catch (error) {
+      this.problem.hidden = true;
       this.note.replaceChildren(`The gateway does not answer (${String(error)}). This page asks again every ${REFRESH_S} seconds.`);
     }
   }
 
-  private drawWorlds(worlds: WorldEntry[]): void {
+  // `problem`: why the list is old, or has not come.
+  private drawWorlds(worlds: WorldEntry[], problem: string): void {
+    const known = worlds.length > 0 ? 'This list is the last that came' : 'Which worlds there are is not known';
+    this.problem.hidden = problem === '';
+    if (problem !== '') setText(this.problem, `${capital(problem)} ${known}; those that run go on meanwhile. It is asked for again every ${REFRESH_S} seconds.`);
     const empty = ['No world runs. Start one with ', h('code', {}, 'tessera instance create --scene plaza --regions 4'), ', or try ', h('code', {}, './dev demo'), '.'];
-    this.note.replaceChildren(...(worlds.length === 0 ? empty : []));
+    this.note.replaceChildren(...(worlds.length === 0 && problem === '' ? empty : []));
     replace(
       this.worlds,
       worlds.map((world) =>
