@@ -418,7 +418,9 @@ export class Page implements SessionListener {
     this.counts.title = limited ? 'More moves than the budget of bytes has room for: bodies far away come later (--max-viewer-kbytes).' : '';
     setText(this.counts, `${session.bodies.count.toLocaleString('en-US')} bodies · ${session.bodies.moving_count.toLocaleString('en-US')} moving · ${this.perf.rate.toFixed(0)} fps${limited ? ' · some late' : ''}`);
     this.time.showPaused(session.play ? session.play.paused : session.paused);
-    this.time.showTick(session.tick, session.welcome?.tick_rate ?? 60);
+    const rate = session.welcome?.tick_rate ?? 60;
+    this.time.showTick(session.tick, rate);
+    this.time.showPace(status?.ticks_per_second ?? 0, rate, now_s);
   }
 
   private toldWaiting(link: LinkState & { state: 'waiting' }): void {

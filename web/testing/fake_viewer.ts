@@ -43,6 +43,7 @@ interface Request {
   at_s?: number;
   step?: number;
   ticks?: number;
+  ticks_per_second?: number;
 }
 
 export class FakeViewer {
@@ -142,7 +143,7 @@ export class FakeViewer {
       reason: '',
       age_s: 0.3,
       players: world.players.size,
-      ticks_per_second: 60,
+      ticks_per_second: world.paused ? 0 : world.pace,
       regions: world.regions.map((region) => {
         const own = world.bodies.filter((body) => body.owner === region.region);
         return {
@@ -165,6 +166,7 @@ export class FakeViewer {
       lost_bodies: 0,
       unprotected: [],
       player_list: [...world.players].map(([player, { name }]) => ({ player, name, connected: true })),
+      ...world.reported,
     });
   }
 
@@ -268,6 +270,7 @@ export class FakeViewer {
 
   private answer(request: Request): void {
     let problem = '';
+    this.world.orders.push({ ...request });
     switch (request.order) {
       case 'end_worker':
         problem = this.shared.kill(request.region ?? 0);
@@ -284,7 +287,12 @@ export class FakeViewer {
         this.recording = request.on === true;
         this.json({ type: 'recording', on: this.recording, file: 'plaza-1-20260101T000000.rec', bytes: 1000, problem: '' });
         break;
+      case 'pace':
+        if ((request.ticks_per_second ?? 0) > 60) problem = `ticks_per_second: ${request.ticks_per_second} is not in 1 to 60`;
+        else this.world.pace = request.ticks_per_second ?? 60;
+        break;
       case 'checkpoint':
+      case 'set_property':
         break;
       default:
         problem = `the fake gateway does not know ${request.order}`;

@@ -39,6 +39,9 @@ export class FakeWorld {
   tick = 0;
   map_version = 1;
   paused = false;
+  pace = TICKS; // ticks a second, as somebody has ordered
+  orders: Record<string, unknown>[] = []; // as they came
+  reported: Record<string, unknown> = {}; // fields of the status in place of its own
   limited = false; // frames say that they leave bodies out
   looked_at: number[] = []; // by the viewer that last said so
   failovers = 0;

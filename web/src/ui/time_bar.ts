@@ -5,6 +5,9 @@ import { bytes, clock, h, setText } from './dom.ts';
 import type { Order } from './machine_room.ts';
 
 const CORRECTION_S = 4; // is shown for so long
+const PACES = ['0.1', '0.25', '0.5', '1']; // shares of the world's full speed
+const SLOWEST = 1; // ticks a second
+const PACE_WAIT_S = 2; // so long what was chosen stands, before the world's own word about it counts again
 
 export class TimeBar {
   readonly element = h('footer', { id: 'time', role: 'group', 'aria-label': 'Time' });
@@ -19,10 +22,18 @@ export class TimeBar {
     { 'aria-label': 'Speed' },
     ...['0.25', '0.5', '1', '2', '4'].map((value) => h('option', { value, selected: value === '1' }, `${value}×`)),
   );
+  private readonly pace = h(
+    'select',
+    { 'aria-label': 'Pace', title: 'How fast the world goes, as a share of its full speed' },
+    ...PACES.map((value) => h('option', { value, selected: value === '1' }, `${value}×`)),
+  );
+  private readonly other_pace = h('option'); // that is none of PACES
   private readonly record = h('button', { class: 'record', 'aria-pressed': 'false', title: 'Record this world (R)' }, 'Record');
   private readonly note = h('span', { class: 'note', role: 'status' });
   private readonly correction = h('span', { class: 'note', id: 'correction', title: 'How far the player’s own body was predicted elsewhere than it came to be' });
   private corrected_at_s = -Infinity;
+  private paced_at_s = -Infinity;
+  private rate = 60; // ticks a second at full speed
   private paused = false;
   private recording = false;
   private replay = false;
@@ -38,19 +49,20 @@ export class TimeBar {
     this.back.addEventListener('click', () => this.stepBy(-1));
     this.record.addEventListener('click', () => this.toggleRecord());
     this.speed.addEventListener('change', () => this.send({ type: 'play', speed: Number(this.speed.value) }));
+    this.pace.addEventListener('change', () => this.choosePace());
     this.slider.addEventListener('input', () => {
       this.dragging = true;
       this.send({ type: 'play', at_s: Number(this.slider.value) });
     });
     this.slider.addEventListener('change', () => (this.dragging = false));
-    this.element.append(this.pause, this.back, this.step, this.ticks, this.slider, this.at, this.speed, this.record, this.note, this.correction);
+    this.element.append(this.pause, this.back, this.step, this.ticks, this.slider, this.at, this.speed, this.pace, this.record, this.note, this.correction);
     this.setReplay(false);
   }
 
   setReplay(replay: boolean): void {
     this.replay = replay;
     for (const element of [this.back, this.slider, this.speed]) element.hidden = !replay;
-    this.record.hidden = replay;
+    this.record.hidden = this.pace.hidden = replay;
     this.showPaused(false);
     setText(this.note, '');
     setText(this.correction, '');
@@ -89,6 +101,27 @@ export class TimeBar {
 
   showTick(tick: number, rate: number): void {
     if (!this.replay) setText(this.at, `tick ${tick.toLocaleString('en-US')} · ${clock(tick / rate)}`);
+  }
+
+  // `ticks_per_second` that the world makes; 0: it is paused, and says nothing of its pace.
+  showPace(ticks_per_second: number, rate: number, now_s: number): void {
+    this.rate = rate;
+    if (ticks_per_second === 0 || now_s - this.paced_at_s < PACE_WAIT_S) return;
+    const share = String(Math.round((1000 * ticks_per_second) / rate) / 1000);
+    if (this.pace.value === share) return;
+    if (PACES.includes(share)) {
+      this.other_pace.remove();
+    } else {
+      this.other_pace.value = share;
+      setText(this.other_pace, `${share}×`);
+      this.pace.append(this.other_pace);
+    }
+    this.pace.value = share;
+  }
+
+  private choosePace(): void {
+    this.paced_at_s = performance.now() / 1000;
+    this.order('pace', { ticks_per_second: Math.max(SLOWEST, Number(this.pace.value) * this.rate) });
   }
 
   showPlay(play: Play): void {
