@@ -298,7 +298,8 @@ void Gateway::TickPlayer(Viewer& viewer, TimePoint now) {
   }
   const absl::Status why = source.WhyOver();
   Problem problem = ProblemOf(why);
-  if (absl::IsAborted(why)) problem.code = "ended";  // the game's own words
+  if (absl::IsAborted(why)) problem.code = "ended";     // the game's own words
+  if (absl::IsUnavailable(why)) problem.code = "lost";  // its regions are silent, not the control plane
   StopPlaying(viewer);
   viewer.session.Report(std::move(problem), true);
 }
