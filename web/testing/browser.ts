@@ -71,16 +71,30 @@ export async function settled(page: Page, bodies: number): Promise<void> {
   await page.waitForFunction(`window.tessera && tessera.counts.drawn >= ${bodies} && tessera.counts.regions === 4`, undefined, WAIT);
 }
 
-// Red, green and blue of the picture, drawn now, where this point of the world is.
+// Red, green and blue where a point of the world is, in a picture that is drawn now.
+const PIXEL = `(x, y, z) => {
+  const { page, view } = tessera;
+  page.picture();
+  const canvas = document.getElementById('world');
+  const gl = canvas.getContext('webgl2');
+  const place = view.project(x, y, z);
+  const out = new Uint8Array(4);
+  gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
+  return [...out].slice(0, 3);
+}`;
+
 export function pixelAt(page: Page, place: readonly number[]): Promise<[number, number, number]> {
+  return page.evaluate(`(${PIXEL})(${place.join()})`) as Promise<[number, number, number]>;
+}
+
+// The same of a body, seen from above where it is now: `x` and `z` from its middle.
+export function bodyPixel(page: Page, id: string, x = 0, z = 0): Promise<[number, number, number]> {
   return page.evaluate(`(() => {
-    const { page, view } = tessera;
-    page.picture();
-    const canvas = document.getElementById('world');
-    const gl = canvas.getContext('webgl2');
-    const place = view.project(${place.join()});
-    const out = new Uint8Array(4);
-    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
-    return [...out].slice(0, 3);
+    const { session: { bodies }, view } = tessera;
+    const at = 8 * bodies.find('${id}');
+    const place = [bodies.shown[at] + ${x}, bodies.shown[at + 1], bodies.shown[at + 2] + ${z}];
+    view.follows = false;
+    view.rig.set([place[0], place[1] + 12, place[2] + 0.01], place);
+    return (${PIXEL})(...place);
   })()`) as Promise<[number, number, number]>;
 }

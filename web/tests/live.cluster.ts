@@ -4,10 +4,12 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { type Complaints, SMALL, WAIT, holds as holdsOn, launch, open } from '../testing/browser.ts';
+import { type Complaints, SMALL, WAIT, bodyPixel, holds as holdsOn, launch, open, pixelAt } from '../testing/browser.ts';
 import { LocalCluster } from '../testing/local_cluster.ts';
 
 const WORLD = 'inst-1';
+const CRATE = '10'; // on the ferry, which is everybody's
+const BALL = '12';
 
 let browser: Browser;
 let cluster: LocalCluster;
@@ -45,6 +47,16 @@ const whole = (of: Page) =>
     of,
   );
 
+type Colour = [red: number, green: number, blue: number];
+
+// The region in whose colour it is, of the first two: blue and amber; 0: it is grey. Ground is dark and blue by itself.
+function regionOf([red, , blue]: Colour): number {
+  if (red > 1.1 * blue) return 2;
+  return blue > 1.9 * red ? 1 : 0;
+}
+
+const spread = (colour: Colour) => Math.max(...colour) - Math.min(...colour);
+
 test('the address that was printed leads to the world, which moves', async () => {
   assert.match(cluster.page, /^http:\/\/127\.0\.0\.1:\d+\/#key=[0-9a-f]{64}$/);
   await page.locator('a.card', { hasText: WORLD }).click(WAIT);
@@ -66,6 +78,60 @@ test('the address that was printed leads to the world, which moves', async () =>
 test('a body that crosses the border has another owner on the page', async () => {
   const before_ = await page.evaluate('tessera.counts.owner_changes');
   await holds(`tessera.counts.owner_changes > ${String(before_)}`);
+});
+
+test('a body that is handed over takes the colour of its new region, on the screen too', async () => {
+  const owner = `tessera.session.bodies.owner[tessera.session.bodies.find('${CRATE}')]`;
+  const first = Number(await page.evaluate(owner));
+  for (const region of [3 - first, first]) {
+    // It is ferried for ever; a body lights up for a moment when it is handed over.
+    await holds(`${owner} === ${region} && tessera.view.flashing === 0`);
+    const colour = await bodyPixel(page, CRATE);
+    assert.equal(regionOf(colour), region, `the crate in region ${region}: ${colour.join()}`);
+  }
+  await page.getByRole('button', { name: 'Overview' }).click();
+});
+
+test('a body that a player drives is shown as a player’s, to the player and to others', async () => {
+  const ada = await open(browser, `${cluster.page}&${WORLD}`, { size: SMALL });
+  await whole(ada.page);
+  await ada.page.getByLabel('Your name as a player').fill('ada');
+  await ada.page.getByRole('button', { name: 'Play', exact: true }).click();
+  await holds('tessera.view.own >= 0', ada.page);
+  const id = String(await ada.page.evaluate('tessera.session.bodies.id(tessera.view.own)'));
+  const slot = `tessera.session.bodies.find('${id}')`;
+  await holds(`${slot} >= 0`);
+  await page.locator('#labels span', { hasText: /^ada$/ }).waitFor(WAIT);
+
+  const select = async (of: Page) => {
+    await of.getByLabel('Find a body by id or name').fill(id);
+    await of.getByLabel('Find a body by id or name').press('Enter');
+  };
+  await select(page);
+  await page.locator('#detail h2', { hasText: 'ada' }).waitFor(WAIT);
+  await page.locator('#detail dd', { hasText: /, player [0-9]+$/ }).waitFor(WAIT);
+  await page.getByRole('button', { name: 'Close' }).click();
+  await select(ada.page);
+  await ada.page.locator('#detail dd', { hasText: /predicted, player [0-9]+$/ }).waitFor(WAIT); // its own, at once
+  await ada.page.getByRole('button', { name: 'Close' }).click();
+
+  await page.getByLabel('Colour bodies by').selectOption('player');
+  const [hers, nobodys] = [await bodyPixel(page, id), await bodyPixel(page, BALL)];
+  assert.ok(spread(hers) > 60 && spread(nobodys) < 40, `${hers.join()} and ${nobodys.join()}`);
+  await page.getByLabel('Colour bodies by').selectOption('region');
+  await page.getByRole('button', { name: 'Overview' }).click();
+
+  const at = `8 * ${slot}`;
+  const [x, z] = (await page.evaluate(`[0, 2].map((axis) => tessera.session.bodies.shown[${at} + axis])`)) as [number, number];
+  await ada.page.locator('#world').focus();
+  await ada.page.keyboard.down('d');
+  await holds(`Math.hypot(tessera.session.bodies.shown[${at}] - ${x}, tessera.session.bodies.shown[${at} + 2] - ${z}) > 1`);
+  await ada.page.keyboard.up('d');
+  await ada.page.getByRole('button', { name: 'Leave' }).click();
+  await holds(`${slot} < 0`);
+  await page.locator('#labels span', { hasText: /^ada$/ }).waitFor({ state: 'hidden', ...WAIT });
+  assert.deepEqual(ada.complaints, { errors: [], foreign: [] });
+  await ada.page.context().close();
 });
 
 test('who has the key pauses the world and lets it go on; a page without it is told what to do', async () => {
@@ -99,6 +165,69 @@ test('a killed worker is seen to die and to be replaced, and its bodies move', a
   await whole(page);
   await page.locator('.events li', { hasText: 'region 2' }).first().waitFor(WAIT);
   await moves(page);
+});
+
+// A failover is over before it can be seen, so the control plane, which begins one, is away meanwhile.
+test('the area of a region without a worker is grey until it is carried on', async () => {
+  await holds('tessera.session.room.status.unprotected.length === 0');
+  const failovers = Number(await page.evaluate('tessera.session.room.status.failovers'));
+  const place = (await page.evaluate(`(() => {
+    const { min_x, max_x, min_z, max_z } = tessera.session.map.cells.find(({ owner }) => owner === 2);
+    return [Math.floor((min_x + 3 * max_x) / 4) + 0.5, 0, Math.floor((min_z + 3 * max_z) / 4) + 0.5];
+  })()`)) as [number, number, number];
+  const [x, , z] = place;
+  const ground = async () => {
+    await page.evaluate(`tessera.view.follows = false; tessera.view.rig.set([${x}, 25, ${z + 0.01}], [${x}, 0, ${z}])`);
+    return pixelAt(page, place);
+  };
+  const owner = `tessera.session.map.cells.find((cell) => ${x} > cell.min_x && ${x} < cell.max_x && ${z} > cell.min_z && ${z} < cell.max_z).owner`;
+  const before = await ground();
+  assert.equal(regionOf(before), 2, `the ground of region 2: ${before.join()}`);
+  const theirs = (await page.evaluate(`tessera.session.bodies.order.slice(0, tessera.session.bodies.count).find((slot) => tessera.session.bodies.owner[slot] === 2)`)) as number;
+  const body = String(await page.evaluate(`tessera.session.bodies.id(${theirs})`));
+
+  await cluster.killControl();
+  try {
+    await page.getByRole('button', { name: 'End worker 2' }).click();
+    await page.locator('#toasts .ok', { hasText: 'is killed' }).last().waitFor(WAIT);
+    await holds('tessera.counts.dead.join() === "2"');
+    const grey = [await ground(), await bodyPixel(page, body)];
+    assert.equal(regionOf(grey[0]!), 0, `ground: ${grey[0]!.join()}`);
+    assert.ok(spread(grey[1]!) < 40, `body: ${grey[1]!.join()}`);
+    assert.match(await page.locator('tr.dead').innerText(), /^2\s/);
+  } finally {
+    cluster.restartControl();
+  }
+  await holds(`tessera.session.room.status.failovers === ${failovers + 1}`);
+  await whole(page);
+  const after = await ground();
+  assert.equal(regionOf(after), Number(await page.evaluate(owner)), `the ground again: ${after.join()}`);
+  assert.equal(await page.locator('tr.dead').count(), 0);
+  await moves(page);
+  await page.getByRole('button', { name: 'Overview' }).click();
+});
+
+test('the list of worlds says that the control plane is away, and the world goes on', async () => {
+  const list = await open(browser, `${new URL(cluster.page).origin}/`, { size: SMALL });
+  const card = list.page.locator('a.card', { hasText: WORLD });
+  const problem = list.page.locator('#worlds [role=alert]');
+  await card.waitFor(WAIT);
+  assert.equal(await problem.isVisible(), false);
+  await cluster.killControl();
+  try {
+    await problem.filter({ hasText: 'Control plane at ' }).waitFor(WAIT);
+    assert.match(await problem.innerText(), /This list is the last that came; those that run go on meanwhile/);
+    assert.equal(await card.isVisible(), true);
+    await page.locator('#fresh', { hasText: /^figures [0-9]+ s old$/ }).waitFor(WAIT);
+    await moves(page);
+  } finally {
+    cluster.restartControl();
+  }
+  await problem.waitFor({ state: 'hidden', ...WAIT });
+  await page.locator('#fresh', { hasText: /^live$/ }).waitFor(WAIT);
+  await whole(page);
+  assert.deepEqual(list.complaints, { errors: [], foreign: [] });
+  await list.page.context().close();
 });
 
 test('a second gateway shows the same world, and its end is said and harms nobody', async () => {
