@@ -19,9 +19,6 @@ constexpr char kNoDoor[] = "-";
 // The share of a lease by which we step down before its end, and the share after which it is renewed. Seldomer, and an
 // election among etcd's members leaves less of the lease; more often, and etcd is asked more for nothing.
 constexpr int kElectionMargin = 10, kElectionRenewals = 8;
-// The share of a lease at its end in which a leader that has not renewed it counts as silent. A larger one, and a
-// machine that stands still for a second or two, or a member of etcd that hangs, costs a leader.
-constexpr int kElectionSilence = 4;
 // A call of the election; etcd's answers come in milliseconds. A renewal that takes longer is tried at another member.
 constexpr std::chrono::milliseconds kElectionPatience{1000}, kRenewalPatience{500};
 // A follower's question about the leader's lease, between two looks at its key.
@@ -77,6 +74,7 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
     if (const auto line = trouble.Note(status, Clock::now())) spdlog::log(line->level, "{}", line->text);
   };
   LeaderProbe probe;
+  LeaseWatch watch;
   while (!given_up()) {
     const auto leader = ReadLeader(kElectionPatience);
     const bool is_anothers = leader.ok() && leader->has_value() && (lease_ == 0 || (*leader)->lease() != lease_);
@@ -86,7 +84,7 @@ absl::StatusOr<EtcdFence> EtcdElection::Campaign(
       say(ReadLeaderAddress((*leader)->value()));
       note(absl::OkStatus());
       if (IsGone(**leader, probe) && EndTerm(**leader, "its process is gone")) continue;
-      if (IsSilent(**leader) && EndTerm(**leader, "it does not renew its lease")) continue;
+      if (IsSilent(**leader, watch) && EndTerm(**leader, "it does not renew its lease")) continue;
     } else {
       say(std::nullopt);
       const absl::Status won = leader.ok() ? TryToWin() : leader.status();
@@ -114,11 +112,10 @@ bool EtcdElection::IsGone(const pb::KeyValue& leader, LeaderProbe& probe) const 
   return probe.watches(term) && probe.IsGone() && Serves(term);
 }
 
-// True if the leader has let most of its lease pass without renewing it. etcd tells whole seconds, rounded down, so of
-// a lease of less than four it cannot be said. A member of etcd that is elected gives each lease all of its time anew.
-bool EtcdElection::IsSilent(const pb::KeyValue& leader) const {
+// True if the leader does not renew its lease.
+bool EtcdElection::IsSilent(const pb::KeyValue& leader, LeaseWatch& watch) const {
   const auto lease = client_.TimeToLive(leader.lease(), kSilencePatience);
-  return lease.ok() && (lease->left + std::chrono::seconds(1)) * kElectionSilence <= lease->granted;
+  return lease.ok() && watch.IsSilent(leader.create_revision(), *lease, Clock::now());
 }
 
 // False: another leads by now, or it is not known; the next look tells.

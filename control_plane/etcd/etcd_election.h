@@ -33,6 +33,7 @@
 #include "control_plane/etcd/etcd_client.h"
 #include "control_plane/etcd/etcd_fence.h"
 #include "control_plane/etcd/leader_probe.h"
+#include "control_plane/etcd/lease_watch.h"
 
 namespace tessera::control {
 
@@ -89,7 +90,7 @@ class EtcdElection {
   }
   bool Serves(std::int64_t term) const;
   bool IsGone(const etcdserverpb::KeyValue& leader, LeaderProbe& probe) const;
-  bool IsSilent(const etcdserverpb::KeyValue& leader) const;
+  bool IsSilent(const etcdserverpb::KeyValue& leader, LeaseWatch& watch) const;
   bool EndTerm(const etcdserverpb::KeyValue& leader, const char* why);
   absl::Status TryToWin();
   absl::Status BeginToLead();
