@@ -323,9 +323,8 @@ absl::Status RestartCluster(const RestoreSize& size, Report& report) {
     stage.TakeCensus(outcome);
     outcome.runs += 1;
     std::cerr << fmt::format(
-        "lasting: {} {}: players saw the world stand for {:.0f} ms at the longest; longest tick {:.2f} ticks with "
-        "{:.2f} "
-        "of work, before it {:.2f} with {:.2f}\n",
+        "lasting: {} {}: players saw the world stand for {:.0f} ms at the longest; longest tick {:.2f}, work {:.2f}, "
+        "before it {:.2f}, {:.2f}\n",
         other.empty() ? "restarted" : "upgraded the cluster", run + 1, figures.gaps_ms.back(),
         figures.longest_ticks.back(), figures.longest_work_ticks.back(), figures.ticks_before.back(),
         figures.work_ticks_before.back());
