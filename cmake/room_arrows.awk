@@ -13,7 +13,7 @@ BEGIN {
   below["core/region"] = " core/world core/physics core/game game_sdk "
   below["game_sdk"] = " core/world core/game "
   below["host"] = " "
-  below["telemetry"] = " host "
+  below["telemetry"] = " host trust "
   below["trust"] = " core/world net host "
   below["agent"] = below["control_plane"] = below["region_worker"] = core shells " game_sdk "
   below["client_sdk"] = core shells " game_sdk region_worker "

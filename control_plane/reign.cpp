@@ -11,15 +11,13 @@
 #include "control_plane/cluster_mark.h"
 #include "control_plane/s3/s3_target.h"
 #include "control_plane/secrets.h"
-#include "host/files.h"
 #include "host/json_socket.h"
 #include "host/socket_address.h"
 #include "trust/certificate.h"
+#include "trust/server_certificate.h"
 
 namespace tessera::control {
 namespace {
-
-constexpr std::size_t kMaxCertificateFileBytes = 256 * 1024;
 
 absl::StatusOr<std::unique_ptr<CheckpointFiles>> OpenCheckpoints(const ReignSettings& settings) {
   if (!settings.s3) return CheckpointFiles::Open(settings.checkpoints, settings.checkpoint_reserve);
@@ -47,12 +45,11 @@ absl::StatusOr<std::unique_ptr<HttpsDoor>> StartHttps(const HttpsFlags& flags,
   if (!listen.ok()) return listen.status();
   HttpsSettings settings{.listen = *std::move(listen), .certificate = {}, .key = {}};
   if (!flags.certificate.empty()) {
-    auto certificate = host::ReadFile(flags.certificate, kMaxCertificateFileBytes);
-    if (!certificate.ok()) return certificate.status();
-    auto key = host::ReadFile(flags.key, kMaxCertificateFileBytes);
-    if (!key.ok()) return key.status();
-    settings.certificate = *std::move(certificate);
-    settings.key = *std::move(key);
+    auto shown =
+        trust::ReadServerCertificate({"--players-certificate", flags.certificate}, {"--players-key", flags.key});
+    if (!shown.ok()) return shown.status();
+    settings.certificate = std::move(shown->chain);
+    settings.key = std::move(shown->key);
   } else {
     auto own = trust::IssueServer(authority->signer, MakeSerial(SystemRandomBytes));
     if (!own.ok()) return own.status();

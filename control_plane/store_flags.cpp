@@ -1,14 +1,11 @@
 #include "control_plane/store_flags.h"
 
 #include "absl/strings/str_cat.h"
-#include "host/files.h"
 #include "host/socket_address.h"
+#include "trust/server_certificate.h"
 
 namespace tessera::control {
 namespace {
-
-// A chain of certificates of etcd's authority, or of this program.
-constexpr std::size_t kMaxStorePemBytes = 256 << 10;
 
 absl::Status Wrong(const char* option, const std::string& why) {
   return absl::InvalidArgumentError(absl::StrCat(option, ": ", why));
@@ -28,12 +25,10 @@ absl::StatusOr<std::string> Advertised(const char* option, const std::string& li
   return ToString(*address);
 }
 
-absl::StatusOr<std::string> ReadPem(const char* option, const std::string& path) {
+// Empty: the option was left out.
+absl::StatusOr<std::string> ReadGiven(const char* option, const std::string& path) {
   if (path.empty()) return "";
-  auto pem = host::ReadFile(path, kMaxStorePemBytes);
-  if (!pem.ok()) return Wrong(option, std::string(pem.status().message()));
-  if (pem->find("-----BEGIN") == std::string::npos) return Wrong(option, absl::StrCat(path, " is no PEM file"));
-  return pem;
+  return trust::ReadPemFile({option, path});
 }
 
 }  // namespace
@@ -92,11 +87,11 @@ absl::Status CheckStoreFlags(StoreFlags& flags, const std::string& listen, const
 }
 
 absl::StatusOr<std::unique_ptr<EtcdClient>> ConnectStore(const StoreFlags& flags) {
-  auto authority = ReadPem("--store-authority", flags.authority);
+  auto authority = ReadGiven("--store-authority", flags.authority);
   if (!authority.ok()) return authority.status();
-  auto certificate = ReadPem("--store-certificate", flags.certificate);
+  auto certificate = ReadGiven("--store-certificate", flags.certificate);
   if (!certificate.ok()) return certificate.status();
-  auto key = ReadPem("--store-key", flags.key);
+  auto key = ReadGiven("--store-key", flags.key);
   if (!key.ok()) return key.status();
   return EtcdClient::Make(
       *flags.etcd,

@@ -58,7 +58,7 @@ TEST(StoreFlagsTest, FilesThatCannotBeReadAreNamed) {
   StoreFlags flags = Etcd();
   flags.authority = folder.path() + "/none.pem";
   ASSERT_TRUE(CheckStoreFlags(flags, "", "", "/shared").ok());
-  EXPECT_THAT(std::string(ConnectStore(flags).status().message()), StartsWith("--store-authority: "));
+  EXPECT_THAT(std::string(ConnectStore(flags).status().message()), StartsWith("--store-authority /"));
   ASSERT_TRUE(host::WriteFile(flags.authority, "hello", host::Durability::kSurvivesProcess).ok());
   EXPECT_THAT(std::string(ConnectStore(flags).status().message()), HasSubstr("is no PEM file"));
 }

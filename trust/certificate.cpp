@@ -29,8 +29,7 @@ absl::StatusOr<std::string> KeyText(EVP_PKEY* key) {
 }
 
 absl::StatusOr<KeyHandle> KeyFrom(const std::string& text) {
-  const BioHandle bio = ReadFrom(text);
-  KeyHandle key(PEM_read_bio_PrivateKey(bio.get(), nullptr, nullptr, nullptr));
+  KeyHandle key = PrivateKeyIn(text);
   if (!key) return absl::InvalidArgumentError(absl::StrCat("key: cannot be read: ", TakeOpensslError()));
   return key;
 }
@@ -39,8 +38,7 @@ absl::StatusOr<CertificateHandle> CertificateFrom(const std::string& text) {
   if (text.size() > kMaxPemBytes) {
     return absl::InvalidArgumentError(absl::StrCat("certificate: more than ", kMaxPemBytes, " bytes"));
   }
-  const BioHandle bio = ReadFrom(text);
-  CertificateHandle certificate(PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr));
+  CertificateHandle certificate = NextCertificate(ReadFrom(text).get());
   if (!certificate)
     return absl::InvalidArgumentError(absl::StrCat("certificate: cannot be read: ", TakeOpensslError()));
   return certificate;
@@ -51,7 +49,7 @@ absl::StatusOr<RequestHandle> RequestFrom(const std::string& text) {
     return absl::InvalidArgumentError(absl::StrCat("certificate_request: more than ", kMaxPemBytes, " bytes"));
   }
   const BioHandle bio = ReadFrom(text);
-  RequestHandle request(PEM_read_bio_X509_REQ(bio.get(), nullptr, nullptr, nullptr));
+  RequestHandle request(PEM_read_bio_X509_REQ(bio.get(), nullptr, NoPassphrase, nullptr));
   if (!request) {
     return absl::InvalidArgumentError(absl::StrCat("certificate_request: cannot be read: ", TakeOpensslError()));
   }

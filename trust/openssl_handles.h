@@ -5,6 +5,7 @@
 #include <openssl/bn.h>
 #include <openssl/err.h>
 #include <openssl/evp.h>
+#include <openssl/pem.h>
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
 
@@ -45,6 +46,19 @@ inline absl::Status OpensslFault(const char* what) {
 
 inline BioHandle ReadFrom(const std::string& text) {
   return BioHandle(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+}
+
+// An encrypted text is none that we read: without this OpenSSL would ask for its passphrase at the terminal.
+inline int NoPassphrase(char*, int, int, void*) { return 0; }
+
+// The private key in the text; null: there is none, and OpenSSL's queue says why.
+inline KeyHandle PrivateKeyIn(const std::string& pem) {
+  return KeyHandle(PEM_read_bio_PrivateKey(ReadFrom(pem).get(), nullptr, NoPassphrase, nullptr));
+}
+
+// The next certificate of a text that is being read; null: there is none, and OpenSSL's queue says why.
+inline CertificateHandle NextCertificate(BIO* text) {
+  return CertificateHandle(PEM_read_bio_X509(text, nullptr, NoPassphrase, nullptr));
 }
 
 inline std::string TextOf(BIO* bio) {

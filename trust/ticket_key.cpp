@@ -13,10 +13,8 @@ absl::StatusOr<KeyHandle> TicketKeyFrom(const std::string& pem) {
   if (pem.size() > kMaxTicketPemBytes) {
     return absl::InvalidArgumentError(absl::StrCat("key: more than ", kMaxTicketPemBytes, " bytes"));
   }
-  // An encrypted key would have OpenSSL ask for its passphrase at the terminal.
-  const auto no_passphrase = [](char*, int, int, void*) { return 0; };
-  KeyHandle key(PEM_read_bio_PrivateKey(ReadFrom(pem).get(), nullptr, no_passphrase, nullptr));
-  if (!key) key.reset(PEM_read_bio_PUBKEY(ReadFrom(pem).get(), nullptr, no_passphrase, nullptr));
+  KeyHandle key = PrivateKeyIn(pem);
+  if (!key) key.reset(PEM_read_bio_PUBKEY(ReadFrom(pem).get(), nullptr, NoPassphrase, nullptr));
   ERR_clear_error();
   if (!key) return absl::InvalidArgumentError("key: is no PEM of a key");
   if (EVP_PKEY_get_base_id(key.get()) != EVP_PKEY_ED25519) {
