@@ -75,13 +75,14 @@ Gateway::World& Gateway::WorldOf(const std::string& instance) {
   return world;
 }
 
-ViewerId Gateway::Open(const std::string& instance) {
+ViewerId Gateway::Open(const std::string& instance, const std::string& address) {
   ViewerId id = 0;
   Viewer* const viewer = Admit(id);
   if (viewer == nullptr) return id;
   World& world = WorldOf(instance);
   ++world.viewers;
   viewer->instance = instance;
+  viewer->address = options_.sees_addresses ? address : "";
   viewer->world = world.world;
   return id;
 }
@@ -152,6 +153,11 @@ void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message, T
   }
 }
 
+// The door counts it as one of the gateway's own address.
+bool Gateway::IsGuestAtDoor(const Viewer& viewer, const JoinWorld& join) const {
+  return !options_.players_door.empty() && join.ticket.empty() && viewer.token.empty();
+}
+
 // A viewer that has shown a right plays by that. Others come by the players' door, which takes tickets and guests of
 // anybody, and where the gateway knows of none by the gateway's own right.
 client::JoinOptions Gateway::JoinOptionsFor(const Viewer& viewer, const JoinWorld& join) const {
@@ -191,6 +197,14 @@ void Gateway::Join(ViewerId id, Viewer& viewer, const JoinWorld& join, TimePoint
   if (players_ >= options_.max_players) {
     metrics_.refused_full.Increment();
     return viewer.session.Report(PlayersFull(), true);
+  }
+  if (IsGuestAtDoor(viewer, join) && !guests_.Take(now, viewer.address)) {
+    metrics_.refused_address.Increment();
+    return viewer.session.Report({.code = "full",
+                                  .text = absl::StrCat("too many guests join from your address: ask again in ",
+                                                       kGuestAgain_s, " s, or show a ticket"),
+                                  .again_s = kGuestAgain_s},
+                                 true);
   }
   const client::JoinOptions options = JoinOptionsFor(viewer, join);
   viewer.by_ticket = !join.ticket.empty();

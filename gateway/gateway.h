@@ -21,6 +21,7 @@
 
 #include "gateway/background.h"
 #include "gateway/gateway_metrics.h"
+#include "gateway/guest_shares.h"
 #include "gateway/orders.h"
 #include "gateway/played_recording.h"
 #include "gateway/viewer_session.h"
@@ -38,6 +39,7 @@ struct GatewayOptions {
   // plane viewers show access tokens instead.
   std::string key;
   bool takes_tokens = true;       // and tickets; false: they would come in the clear over a network
+  bool sees_addresses = true;     // those of visitors; false: a proxy in front has one for all
   bool workers_are_here = false;  // orders may end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;
   double max_viewer_bytes_per_s = 4e6;
@@ -57,8 +59,9 @@ class Gateway {
   // The end: players leave their worlds, which is waited for, for 2 s at most.
   void LeaveAll();
 
-  // A viewer of the instance; one that is too many is sent the reason, and closed.
-  ViewerId Open(const std::string& instance);
+  // A viewer of the instance; one that is too many is sent the reason, and closed. `address`: of the visitor, in
+  // digits; empty: it is not known.
+  ViewerId Open(const std::string& instance, const std::string& address = "");
   // A viewer that plays a recording, of whatever name it gives; it counts as a player.
   ViewerId OpenRecording(const std::string& file);
   void Close(ViewerId viewer);
@@ -94,6 +97,7 @@ class Gateway {
   };
   struct Viewer {
     std::string instance;
+    std::string address{};
     std::shared_ptr<WatchedWorld> world{};  // null: it was one too many
     ViewerSession session{};
     std::optional<Playing> playing{};
@@ -116,6 +120,7 @@ class Gateway {
   World& WorldOf(const std::string& instance);
   void Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message, TimePoint now);
   void Join(ViewerId id, Viewer& viewer, const JoinWorld& join, TimePoint now);
+  bool IsGuestAtDoor(const Viewer& viewer, const JoinWorld& join) const;
   client::JoinOptions JoinOptionsFor(const Viewer& viewer, const JoinWorld& join) const;
   void NotJoined(Viewer& viewer, const absl::Status& why);
   // Why no ticket is taken here; empty: tickets are taken.
@@ -144,6 +149,7 @@ class Gateway {
   std::map<ViewerId, Viewer> viewers_;
   ViewerId last_viewer_ = 0;
   std::size_t players_ = 0;
+  GuestShares guests_;
   Background background_;  // last: its jobs end before what they refer to
 };
 

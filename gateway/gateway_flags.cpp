@@ -13,7 +13,7 @@
 namespace tessera::gateway {
 namespace {
 
-constexpr std::size_t kMaxTokenFileBytes = 1024, kMaxCertificateFileBytes = 256 * 1024;
+constexpr std::size_t kMaxTokenFileBytes = 1024;
 
 // The control plane, the players' door, and where it listens itself.
 void AddAddressOptions(CLI::App& app, GatewayFlags& flags) {
@@ -103,11 +103,9 @@ absl::StatusOr<std::optional<trust::ServerCertificate>> ReadCertificate(const Ga
     return absl::InvalidArgumentError("--certificate and --key are given together");
   }
   if (flags.certificate.empty()) return std::nullopt;
-  auto chain = host::ReadFile(flags.certificate, kMaxCertificateFileBytes);
-  if (!chain.ok()) return absl::InvalidArgumentError(absl::StrCat("--certificate ", chain.status().message()));
-  auto key = host::ReadFile(flags.key, kMaxCertificateFileBytes);
-  if (!key.ok()) return absl::InvalidArgumentError(absl::StrCat("--key ", key.status().message()));
-  return trust::ServerCertificate{.chain = *std::move(chain), .key = *std::move(key)};
+  auto read = trust::ReadServerCertificate({"--certificate", flags.certificate}, {"--key", flags.key});
+  if (!read.ok()) return read.status();
+  return *std::move(read);
 }
 
 absl::Status ReadBearerToken(const std::string& file, std::string& bearer_token) {
@@ -176,6 +174,7 @@ absl::StatusOr<ReadFlags> ReadGatewayFlags(const GatewayFlags& flags) {
   if (absl::Status token = ReadBearerToken(flags.token_file, options.control.credentials.bearer_token); !token.ok()) {
     return token;
   }
+  options.sees_addresses = !flags.behind_proxy;
   options.takes_tokens = read.certificate.has_value() || flags.behind_proxy || host::IsLoopback(listen->host);
   if (!options.players_door.empty()) {
     const auto door = trust::ParseControlAddresses(options.players_door, host::PortRule::kFrom1);

@@ -45,6 +45,7 @@ TEST(GatewayFlagsTest, ReadsTheTokenWithoutTheSpaceAroundIt) {
   EXPECT_EQ(read->options.control.credentials.bearer_token, "tsa_secret");
   EXPECT_EQ(read->options.recording_limits.file_bytes, 2'000'000u);
   EXPECT_FALSE(read->certificate.has_value());
+  EXPECT_TRUE(read->options.sees_addresses);
 }
 
 TEST(GatewayFlagsTest, SaysWhichOptionIsWrong) {

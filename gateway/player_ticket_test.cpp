@@ -195,6 +195,27 @@ TEST_F(PlayerTicketTest, ItIsExchangedAtThePlayersDoorWhereThatIsElsewhere) {
   EXPECT_TRUE(door_.asked().empty());
 }
 
+// To the door they are all of the gateway's address, and one visitor must not use up what that may have.
+TEST_F(PlayerTicketTest, AVisitorWhoJoinsAgainAndAgainAsAGuestLeavesTheDoorToOthers) {
+  const std::string elsewhere = "unix:" + folder_.path() + "/players.sock";
+  TicketDoor players(elsewhere);
+  GatewayOptions options = AtSocket();
+  options.players_door = elsewhere;
+  ASSERT_NO_FATAL_FAILURE(Open(options));
+  viewer_ = gateway_->Open("inst-1", "10.0.0.7");
+  json refused = json::object();
+  for (int i = 0; i < 100 && refused.value("code", "") != "full"; ++i) {
+    refused = ProblemAfter({{"type", "join"}, {"name", "eve"}});
+  }
+  EXPECT_THAT(refused.value("text", ""), HasSubstr("too many guests join from your address"));
+  EXPECT_EQ(refused.value("again_s", 0), kGuestAgain_s);
+  EXPECT_GE(players.asked().size(), static_cast<std::size_t>(kGuestsOfAVisitor.burst));
+  EXPECT_LT(players.asked().size(), 100U);
+  viewer_ = gateway_->Open("inst-1", "10.0.0.8");
+  EXPECT_EQ(ProblemAfter({{"type", "join"}, {"name", "ada"}}).value("code", ""), "ticket") << "the door was asked";
+  EXPECT_EQ(players.asked().back(), "ada/");
+}
+
 TEST_F(PlayerTicketTest, NoneIsTakenInTheClearOrWhereTheDoorIsNotKnown) {
   GatewayOptions clear = AtSocket();
   clear.takes_tokens = false;

@@ -1,9 +1,11 @@
 #include "gateway/viewer_sockets.h"
 
+#include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
@@ -47,7 +49,10 @@ int ViewerSockets::Open(lws* wsi) {
   const bool watches = absl::ConsumePrefix(&name, kWatchPath);
   if (!watches) absl::ConsumePrefix(&name, kPlayPath);
   Peer& peer = peers_[wsi];
-  peer.viewer = watches ? gateway_->Open(std::string(name)) : gateway_->OpenRecording(std::string(name));
+  std::array<char, INET6_ADDRSTRLEN> address{};
+  lws_get_peer_simple(lws_get_network_wsi(wsi), address.data(), address.size());
+  peer.viewer =
+      watches ? gateway_->Open(std::string(name), address.data()) : gateway_->OpenRecording(std::string(name));
   sockets_[peer.viewer] = wsi;
   Tick();
   return 0;
