@@ -175,6 +175,7 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
   switch (AdmissionOf(pending)) {
     case Admission::kNotYet:
       if (now < pending.until) return false;
+      endpoint_->NoteRefused(peer, false);
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER,
              absl::StrCat("player ", number, " is not known to this instance"));
       return true;

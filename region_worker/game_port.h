@@ -3,9 +3,10 @@
 // A peer has shown its credential to the endpoint's acceptor and is welcomed at once. A player that the orders have not
 // named yet waits for kOrderTimeout, because it may be faster than the order; then it is refused. A player that
 // connects again replaces its older connection; of two processes that play one player, the one of the lower generation
-// is refused with REPLACED. Who is refused so, or has left, and comes back all the same is soon not looked at for a
-// while; a client that floods is ended with the reason (net/limits.h). A client that leaves datagrams unanswered for
-// kSilence is dropped. A viewer (core/world/viewer_number.h) needs no order, may only look, and is no player.
+// is refused with REPLACED. Who is refused so, has left, or is not known, and comes back all the same is soon not
+// looked at for a while; a client that floods is ended with the reason (net/limits.h). A client that leaves datagrams
+// unanswered for kSilence is dropped. A viewer (core/world/viewer_number.h) needs no order, may only look, and is no
+// player.
 //
 //   GamePort port(*std::move(endpoint), metrics);
 //   port.Open(rules, [&](PlayerNumber player, net::Generation generation) { return Admission::kWelcome; });

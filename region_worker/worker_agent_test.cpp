@@ -1,4 +1,5 @@
 // The real program under an agent that is the test: orders, reports, the agent away and back.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -266,6 +267,24 @@ TEST_F(WorkerAgentTest, PlayerThatNobodyKnowsIsRefused) {
   ASSERT_TRUE(client.Until([&] { return client.refusal.has_value(); }));
   EXPECT_EQ(client.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
   EXPECT_NE(client.refusal->detail().find("8"), std::string::npos);
+}
+
+// A player that left long ago is named by no order any more. Its credential is as good as ever, so it would be waited
+// for again and again.
+TEST_F(WorkerAgentTest, OneThatNobodyKnowsAndComesAgainAndAgainIsSoonNotLookedAt) {
+  StartWorkers(1);
+  agent_->Give(NextOrder(1));
+  const v1::WorkerReport linked = WaitForPhase(1, v1::WORKER_PHASE_LINKED);
+  const auto port = static_cast<std::uint16_t>(linked.address().game_port());
+  TestClient first(scene_->bounds), second(scene_->bounds), third(scene_->bounds), again(scene_->bounds);
+  const net::Credentials grant = Credentials(8);
+  for (TestClient* client : {&first, &second, &third}) ASSERT_TRUE(client->Connect(port, RegionId(1), grant));
+  ASSERT_TRUE(Until({&first, &second, &third}, [&] { return first.refusal && second.refusal && third.refusal; }));
+  EXPECT_EQ(third.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
+  EXPECT_FALSE(again.Connect(port, RegionId(1), grant));
+  ASSERT_TRUE(again.refusal.has_value());
+  EXPECT_EQ(again.refusal->reason(), v1::REFUSAL_REASON_BAD_CREDENTIAL);
+  EXPECT_THAT(again.refusal->detail(), testing::HasSubstr("too often"));
 }
 
 TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
