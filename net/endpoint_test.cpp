@@ -50,6 +50,24 @@ TEST(EndpointTest, CountsWhatItSendsAgainWhileNobodyAnswers) {
   EXPECT_GT(stats.parts_sent, sent);
 }
 
+// A process of the same user, as another worker is, gets no part of what is sent to it.
+TEST(EndpointTest, APortIsItsHoldersAloneWhoeverAsksToShareIt) {
+  const auto holder = Endpoint::Create({.bind_address = "127.0.0.1"});
+  ASSERT_TRUE(holder.ok()) << holder.status();
+  for (const char* where : {"127.0.0.1", "0.0.0.0"}) {
+    const int thief = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    const int on = 1;
+    ASSERT_EQ(setsockopt(thief, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on), 0);
+    ASSERT_EQ(setsockopt(thief, SOL_SOCKET, SO_REUSEPORT, &on, sizeof on), 0);
+    sockaddr_in name{};
+    name.sin_family = AF_INET;
+    name.sin_port = htons((*holder)->port());
+    ASSERT_EQ(inet_pton(AF_INET, where, &name.sin_addr), 1);
+    EXPECT_NE(bind(thief, reinterpret_cast<const sockaddr*>(&name), sizeof name), 0) << where;
+    close(thief);
+  }
+}
+
 // As on a port for players. Reliable messages to the accepted peer, and unsequenced ones both ways, still arrive.
 TEST(EndpointTest, AcceptsNoReliableMessagesWhereItIsToldNotTo) {
   EndpointPair pair({.accept_reliable_messages = false});
