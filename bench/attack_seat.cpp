@@ -52,6 +52,8 @@ const std::vector<NamedAttack>& Attacks() {
          if (std::exchange(once, true)) std::erase(outcome.through, support::kNobodyJoined);
          return outcome;
        }},
+      {"watchers", [](const Seat& seat) { return support::WatchAsStranger(seat.target, seat.world, 10); }, false},
+      {"comebacks", [](const Seat& seat) { return support::ComeBackAtTheRegion(seat.target, seat.world, 200); }, false},
       {"tickets", [](const Seat& seat) { return support::ShowWrongTickets(seat.target, seat.world); }, false},
       {"changes", [](const Seat& seat) { return support::ChangeEverything(seat.target, seat.world); }, false},
       {"lies", [](const Seat& seat) { return support::LieAsHost(seat.target, seat.world); }, false},

@@ -115,6 +115,12 @@ TEST_F(AttackTest, OneWhoComesBackAgainAndAgainIsRefusedAfterAFew) {
   ExpectRefused(support::ReturnAgainAndAgain(target_, "inst-1", 8, 125), before);
 }
 
+TEST_F(AttackTest, WhoHasLeftIsRefusedAtARegionsOwnPortForEverAndIsSoonNotLookedAt) {
+  CreateWorld();
+  const double before = Megabytes();
+  ExpectRefused(support::ComeBackAtTheRegion(target_, "inst-1", 200), before);
+}
+
 TEST_F(AttackTest, StrangersWhoWatchAreToldFromGateways) {
   CreateWorld();
   const double before = Megabytes();

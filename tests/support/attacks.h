@@ -50,6 +50,9 @@ Outcome JoinAndLeave(const Target& target, const std::string& instance, int thre
 // One guest joins, and comes back by its credential so often, by so many threads. Through are more returns than one
 // player's rate, and a guest who is left in the world.
 Outcome ReturnAgainAndAgain(const Target& target, const std::string& instance, int threads, int times_each);
+// One guest joins, leaves, and dials a region by its grant so often. Through are a welcome, a refusal without a reason,
+// and more logins that a region looks at than its limits say (net/limits.h).
+Outcome ComeBackAtTheRegion(const Target& target, const std::string& instance, int times);
 // Tickets of another cluster, of yesterday, of tomorrow, of an unknown issuer, and a copy of one that was good.
 Outcome ShowWrongTickets(const Target& target, const std::string& instance);
 // So many viewers from the players' door, and as many by the socket: regions keep places for the latter
@@ -68,8 +71,11 @@ Outcome NeverRead(const Target& target, const std::string& instance, int request
 
 // Seconds that an operator's list of hosts takes at the socket; below 0: it failed.
 double OperatorsCallSeconds(const Target& target);
-// Resident memory of a process, MB.
+// The same at the operators' door by TLS, with an access token, from the connection's beginning.
+double OperatorsCallSecondsAtDoor(const Target& target, const std::string& token);
+// Resident memory of a process, MB; and the part of it that is of no file, as its heap and stacks are.
 double ResidentMegabytes(pid_t pid);
+double AnonymousMegabytes(pid_t pid);
 // The highest that it was since the last ForgetHighest, as the kernel counts it. False: this kernel does not forget.
 bool ForgetHighest(pid_t pid);
 double HighestMegabytes(pid_t pid);
