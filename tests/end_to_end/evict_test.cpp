@@ -11,18 +11,30 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
+#include "client_sdk/control_session.h"
 #include "host/files.h"
 #include "host/last_lines.h"
 #include "local_cluster/bot.h"
+#include "local_cluster/command_error.h"
+#include "telemetry/http_get.h"
 #include "tests/end_to_end/trust_fixture.h"
+#include "tests/support/attack_calls.h"
+#include "tests/support/knocks.h"
+#include "tests/support/recording_relay.h"
+#include "tests/support/region_keys.h"
 #include "tests/support/run_program.h"
 
 namespace tessera::end_to_end {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using Answer = support::Knocked::Answer;
 
 // Players on a thread of their own, for as long as it lives.
 class Players {
@@ -154,6 +166,178 @@ TEST_F(TwoHostsTest, AHostThatIsEvictedIsCutOffAndPlayersPlayOn) {
   ASSERT_TRUE(ended.has_value()) << host::LastLinesText(AgentLog(), 5);
   EXPECT_THAT(*host::ReadFile(AgentLog(), kMaxFileBytes), HasSubstr("host-1 was removed"));
   EXPECT_EQ(World().at("players"), kPlayers);
+}
+
+// All that root of a host has, which it may keep when the host is put out: its identity, the keys in the memory of its
+// workers, recordings of what went by, and processes that run on while their agent stands still.
+class EvictedHostTest : public TwoHostsTest {
+ protected:
+  void SetUp() override {
+    TwoHostsTest::SetUp();
+    ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+    ASSERT_TRUE(StartSecondAgent(JoinToken("beta"))) << host::LastLinesText(folder_.path() + "/second.log", 5);
+    CreateWorld();
+    before_ = Described();
+    evicted_ = before_.region_status(0).host();  // its region has the lowest id, so it dials all others
+    identity_ =
+        *host::ReadFile(folder_.path() + (evicted_ == "alpha" ? "/agent" : "/second") + "/host.json", kMaxFileBytes);
+    const net::VerificationKey instance_key = support::InstanceKeyOf(socket_, "inst-1");
+    for (const v1::RegionStatus& status : before_.region_status()) {
+      if (status.host() != evicted_) continue;
+      auto taken = support::TakeRegionKeys(status.report(), instance_key);
+      if (absl::IsPermissionDenied(taken.status())) GTEST_SKIP() << taken.status();
+      ASSERT_TRUE(taken.ok()) << taken.status();
+      keys_.push_back(*std::move(taken));
+    }
+    ASSERT_EQ(keys_.size(), 2u);
+  }
+
+  v1::Instance Described() const {
+    support::Target target;
+    target.socket = socket_;
+    return support::GetInstance(target, "inst-1");
+  }
+  support::Regions Elsewhere() const {
+    const v1::Instance now = Described();
+    support::Regions regions;
+    for (const v1::RegionStatus& status : now.region_status()) {
+      if (status.host() != evicted_ && status.report().has_address()) *regions.Add() = status;
+    }
+    return regions;
+  }
+  host::ChildProcess& Agent() { return evicted_ == "alpha" ? *agent_ : *second_agent_; }
+  // By the identity that was kept.
+  absl::Status Fetch() const { return support::FetchSceneByIdentity(operators_, identity_, before_.scene_hash()); }
+  // The grant of a guest that has just joined.
+  client::Session GuestsGrant(const std::string& name) const {
+    client::JoinCall join{.instance_id = "inst-1", .player_name = name, .ticket = {}, .returning = {}};
+    join.deadline = kPatience;
+    return local::OrThrow(client::JoinInstance(players_ + "#" + fingerprint_, join));
+  }
+  // A line for each of those that got in.
+  static std::vector<std::string> Opened(const std::vector<support::Knock>& knocks) {
+    std::vector<std::string> opened;
+    for (const support::Knocked& knocked : support::KnockAll(knocks)) {
+      if (knocked.answer == Answer::kOpened) opened.push_back(knocked.said);
+    }
+    return opened;
+  }
+  static double Ticks(const v1::RegionStatus& status) {
+    const v1::RegionAddress& address = status.report().address();
+    const auto page = telemetry::HttpGet(fmt::format("{}:{}", address.host(), address.metrics_port()), "/metrics");
+    EXPECT_TRUE(page.ok()) << page.status();
+    const std::string name = "\ntessera_region_ticks_total ";
+    const std::size_t at = page.ok() ? page->body.find(name) : std::string::npos;
+    return at == std::string::npos ? -1 : std::stod(page->body.substr(at + name.size()));
+  }
+  // Until nothing that was kept opens a link, nor the door, twice in a row.
+  void Evict() {
+    Agent().Signal(SIGSTOP);
+    const auto begin = std::chrono::steady_clock::now();
+    const support::RunResult removed = Tessera({"host", "remove", evicted_, "--force"});
+    ASSERT_EQ(removed.exit_code, 0) << removed.err;
+    const auto opens = [this] { return Fetch().ok() || !Opened(support::LinkKnocks(keys_, Elsewhere())).empty(); };
+    ASSERT_TRUE(Await([&] { return !opens() && !opens(); }));
+    std::printf("nothing opens after %.1f s\n",
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    ASSERT_TRUE(Await([] {
+      const nlohmann::json world = World();
+      return world.at("state") == "INSTANCE_STATE_RUNNING" && world.at("regions") == 4 &&
+             world.value("failovers", 0) >= 1;
+    })) << World().dump(2);
+    ASSERT_TRUE(Await([this] { return Elsewhere().size() == 4; }));
+  }
+
+  v1::Instance before_;
+  std::string evicted_, identity_;
+  std::vector<support::RegionKeys> keys_;
+};
+
+TEST_F(EvictedHostTest, ItsKeysAndRecordingsOpenNothing) {
+  EXPECT_TRUE(Fetch().ok()) << Fetch();
+  const support::Regions neighbours = Elsewhere();
+  ASSERT_EQ(neighbours.size(), 2);
+  EXPECT_FALSE(Opened(support::LinkKnocks(keys_, neighbours)).empty()) << "they are good as long as it is a host";
+  for (const support::Knocked& knocked : support::KnockAll(support::ForgedKnocks(keys_, neighbours))) {
+    EXPECT_EQ(knocked.by_acceptor, net::Refused::kBadCredential) << "and make nobody else: " << knocked.said;
+  }
+
+  // It records traffic as long as it is a host: a link of its own, and a player at a region that stays.
+  const v1::RegionStatus& neighbour = neighbours.Get(1);
+  support::RecordingRelay at_links(static_cast<std::uint16_t>(neighbour.report().address().link_port()));
+  support::RecordingRelay at_game(static_cast<std::uint16_t>(neighbour.report().address().game_port()));
+  std::vector<support::Knock> recorded = support::LinkKnocks({keys_.front()}, neighbours);
+  recorded.erase(recorded.begin(), recorded.end() - 1);
+  recorded.front().port = at_links.port();
+  recorded.push_back({.host = "127.0.0.1",
+                      .port = at_game.port(),
+                      .region = RegionId(neighbour.region()),
+                      .credentials = GuestsGrant("ada").credentials});
+  EXPECT_EQ(Opened(recorded).size(), 2u);
+  at_links.Stop();
+  at_game.Stop();
+  ASSERT_NO_FATAL_FAILURE(Evict());
+
+  EXPECT_THAT(std::string(Fetch().message()), HasSubstr("was removed"));
+  const std::vector<support::Knock> links = support::LinkKnocks(keys_, Elsewhere());
+  for (const support::Knocked& knocked : support::KnockAll(links)) {
+    EXPECT_EQ(knocked.answer, Answer::kRefused) << knocked.said;
+  }
+  for (const support::Knocked& knocked : support::KnockAll(support::ForgedKnocks(keys_, Elsewhere()))) {
+    EXPECT_EQ(knocked.by_acceptor, net::Refused::kBadCredential) << knocked.said;
+  }
+  for (const support::RecordingRelay* relay : {&at_links, &at_game}) {
+    const support::RecordingRelay::Replayed replayed = relay->Replay();
+    EXPECT_GT(replayed.logins, 0);
+    EXPECT_GT(replayed.sealed, 0);
+    EXPECT_TRUE(replayed.answered) << "the region is there";
+    EXPECT_FALSE(replayed.opened);
+  }
+}
+
+TEST_F(EvictedHostTest, ItsWorkersServeNobodyAndEndWithTheirAgent) {
+  ASSERT_NO_FATAL_FAILURE(Evict());
+  std::vector<v1::RegionStatus> left;  // processes that run on
+  for (const v1::RegionStatus& status : before_.region_status()) {
+    if (status.host() == evicted_) left.push_back(status);
+  }
+  // Nobody is sent to them, and who knows of a newer life takes none of theirs.
+  const client::Session later = GuestsGrant("bob");
+  ASSERT_EQ(later.regions.size(), 4u);
+  std::vector<support::Knock> old;
+  for (const v1::RegionStatus& status : left) {
+    const v1::RegionAddress& address = status.report().address();
+    for (const client::RegionEndpoint& granted : later.regions) {
+      EXPECT_NE(granted.port, address.game_port());
+      if (granted.region != RegionId(status.region())) continue;
+      EXPECT_GT(granted.incarnation, Incarnation(status.report().identity().incarnation()));
+      old.push_back({.host = address.host(),
+                     .port = static_cast<std::uint16_t>(address.game_port()),
+                     .region = granted.region,
+                     .least = granted.incarnation,
+                     .credentials = later.credentials});
+    }
+  }
+  ASSERT_EQ(old.size(), 2u);
+  EXPECT_THAT(Opened(old), IsEmpty());
+
+  // They have no lease and no neighbours, so they stand still while the world goes on.
+  const support::Regions elsewhere = Elsewhere();
+  std::vector<double> stood;
+  for (const v1::RegionStatus& status : left) stood.push_back(Ticks(status));
+  const double begin = Ticks(elsewhere.Get(0));
+  EXPECT_TRUE(Await([&] { return Ticks(elsewhere.Get(0)) >= begin + 60; }));
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    EXPECT_EQ(Ticks(left[i]), stood[i]);
+    EXPECT_GT(stood[i], 0) << "it was there, and made ticks before";
+  }
+
+  // Their agent hears of it as soon as it hears anything, and ends them.
+  Agent().Signal(SIGCONT);
+  ASSERT_TRUE(Agent().Wait(kPatience).has_value());
+  for (const v1::RegionStatus& status : left) {
+    EXPECT_TRUE(Await([&] { return kill(static_cast<pid_t>(status.report().identity().pid()), 0) != 0; }));
+  }
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // a sanitizer wants to be the first library
