@@ -94,6 +94,7 @@ class Agent {
   void OnLease(const v1::LeaseRenewal& renewal);
   void OnWorkerMessage(ConnectionId connection, pid_t peer, const v1::WorkerMessage& message);
   void OnWorkerReport(ConnectionId connection, pid_t peer, const v1::WorkerReport& report);
+  void NoteRefused(const v1::WorkerIdentity& says, const absl::Status& why);
   void PassOn(const WorkerKey& key, const v1::WorkerMessage& message);
   void OnWorkerClosed(ConnectionId connection);
   void OnWorkerFlood(pid_t peer);
@@ -151,7 +152,7 @@ class Agent {
   StateFiles states_;
   std::map<WorkerKey, RunningProcess> processes_;
   std::set<WorkerKey> found_;  // adopted by their processes alone, and not attached yet
-  telemetry::LogThrottle floods_;
+  telemetry::LogThrottle floods_, impostors_, unknown_workers_;
   std::optional<host::DelegatedCgroup> cgroups_;  // nothing: workers have none of their own
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;

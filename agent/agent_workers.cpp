@@ -63,7 +63,7 @@ void Agent::OnWorkerReport(ConnectionId connection, pid_t peer, const v1::Worker
   }
   const absl::StatusOr<WorkerKey> key = supervisor_.Attached(report, peer);
   if (!key.ok()) {
-    spdlog::warn("worker refused reason={}", LogValue(std::string(key.status().message())));
+    NoteRefused(report.identity(), key.status());
     return socket_->Close(connection, key.status());
   }
   if (const auto old = connections_.find(*key); old != connections_.end()) {
@@ -75,6 +75,17 @@ void Agent::OnWorkerReport(ConnectionId connection, pid_t peer, const v1::Worker
   spdlog::info("worker attached worker={} pid={}", LogValue(key->ToString()), report.identity().pid());
   NoteFoundAttached(*key);
   Settle();
+}
+
+// Whoever claims to be a worker that runs here is told from who claims to be one of long ago: a flood of the one kind
+// leaves the other's lines in the log.
+void Agent::NoteRefused(const v1::WorkerIdentity& says, const absl::Status& why) {
+  const auto found = processes_.find(KeyOf(says));
+  const bool runs_here = found != processes_.end() && found->second.process.pid() == says.pid();
+  const auto left_out = (runs_here ? impostors_ : unknown_workers_).Take(telemetry::LogThrottle::Clock::now());
+  if (left_out) {
+    spdlog::warn("worker refused reason={} more={}", LogValue(std::string(why.message())), *left_out);
+  }
 }
 
 void Agent::OnWorkerClosed(ConnectionId connection) {

@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/uio.h>
 #include <sys/un.h>
 #include <sys/wait.h>
@@ -12,8 +13,11 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <string>
+#include <vector>
 
+#include "raw_grpc.h"
 #include "tessera/game.hpp"
 
 using namespace tessera::native;
@@ -26,15 +30,38 @@ bool Opens(const std::string& path, int flags) {
   return fd >= 0;
 }
 
-// The agent's folder, from the worker's own command line.
-std::string AgentFolder() {
+// The value of an option of the worker's own command line; empty: there is none.
+std::string Option(const std::string& name) {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
   const std::string all{std::istreambuf_iterator<char>(file), {}};
-  const std::string option("--agent-socket\0", 15);
+  const std::string option = name + std::string(1, '\0');
   const std::size_t at = all.find(option);
-  if (at == std::string::npos) return "";
-  const std::string socket = all.c_str() + at + option.size();
-  return socket.substr(0, socket.rfind('/'));
+  return at == std::string::npos ? "" : all.c_str() + at + option.size();
+}
+
+// How far other processes are looked for on both sides of this one's; and regions with their lives and processes, of
+// which agents begin some in a row.
+constexpr int kProcesses = 40, kSiblings = 3, kSiblingsProcesses = 25;
+// As many connections as a process may have to its agent (agent/limits.h); the worker has one of them.
+constexpr std::size_t kMoreConnections = 8;
+
+// A field of a message of protobuf: a number, or bytes.
+std::string Varint(unsigned long long value) {
+  std::string bytes;
+  for (; value >= 0x80; value >>= 7) bytes.push_back(static_cast<char>(0x80 | (value & 0x7f)));
+  bytes.push_back(static_cast<char>(value));
+  return bytes;
+}
+std::string Field(unsigned number, unsigned long long value) { return Varint(number << 3) + Varint(value); }
+std::string Field(unsigned number, const std::string& bytes) {
+  return Varint(number << 3 | 2) + Varint(bytes.size()) + bytes;
+}
+
+// The first words of a worker to its agent, WorkerMessage of worker_link.proto: a report with nothing but the identity.
+std::string FirstWords(const std::string& instance, long long region, long long incarnation, pid_t pid) {
+  const auto whole = [](long long value) { return static_cast<unsigned long long>(value); };
+  return Field(
+      1, Field(1, Field(1, instance) + Field(2, whole(region)) + Field(3, whole(incarnation)) + Field(4, whole(pid))));
 }
 
 enum class Answer { kNoSocket, kClosed, kAnswered };
@@ -62,8 +89,9 @@ class Burglar {
   explicit Burglar(World& world) : world_(world) {}
 
   void Run() {
-    const std::string folder = AgentFolder();
-    if (folder.empty() || folder[0] != '/') return world_.log("burglar found no agent");
+    const std::string agent = Option("--agent-socket");
+    if (agent.empty() || agent[0] != '/') return world_.log("burglar found no agent");
+    const std::string folder = agent.substr(0, agent.rfind('/'));
     Try("the host's identity", Opens(folder + "/host.json", O_RDONLY));
     Try("the list of workers", Opens(folder + "/workers.json", O_RDONLY));
     Try("states of other workers", Opens(folder + "/states", O_RDONLY | O_DIRECTORY));
@@ -74,10 +102,11 @@ class Burglar {
     if (control == Answer::kNoSocket) return world_.log("burglar found no control plane");
     Try("the control plane", control == Answer::kAnswered);
     TryProcess("the agent", getppid());
-    for (int step = 1; step <= 40; ++step) {
+    for (int step = 1; step <= kProcesses; ++step) {
       TryProcess("a neighbour", getpid() + step);
       TryProcess("a neighbour", getpid() - step);
     }
+    TryAgent(agent);
     for (int i = 0; i < 10; ++i) {
       const pid_t child = fork();
       if (child == 0) _exit(0);
@@ -102,15 +131,49 @@ class Burglar {
     Try(what, memory != MAP_FAILED);
     if (memory != MAP_FAILED) munmap(memory, bytes);
   }
+  // The agent's socket lets a worker in, so it is spoken to in the name of each sibling.
+  void TryAgent(const std::string& path) {
+    const std::string method = "/tessera.v1.WorkerLinkService/Attach", instance = Option("--instance");
+    const long long region = std::stoll(Option("--region")), life = std::stoll(Option("--incarnation"));
+    RawGrpc agent(path);
+    for (int step = -kSiblings; step <= kSiblings; ++step) {
+      if (step == 0 || region + step < 1) continue;
+      for (int process = -kSiblingsProcesses; process <= kSiblingsProcesses; ++process) {
+        if (process == 0) continue;
+        const std::string lie = FirstWords(instance, region + step, life + step, getpid() + process);
+        const RawGrpc::Answer answer = agent.Say(method, lie);
+        if (answer == RawGrpc::Answer::kNone) return world_.log("burglar lost the agent");
+        Try("the agent in a neighbour's name", answer == RawGrpc::Answer::kAnswered);
+      }
+    }
+    std::vector<std::unique_ptr<RawGrpc>> more;
+    while (more.size() < kMoreConnections) more.push_back(std::make_unique<RawGrpc>(path));
+    const std::string own = FirstWords(instance, region, life, getpid());
+    Try("one connection too many to the agent", more.back()->Say(method, own) != RawGrpc::Answer::kNone);
+  }
   void TryProcess(const std::string& whose, pid_t pid) {
     if (pid <= 1) return;
     const std::string process = "/proc/" + std::to_string(pid);
+    Try("a list of descriptors of " + whose, Opens(process + "/fd", O_RDONLY | O_DIRECTORY));
+    TryDescriptors(whose, pid);
     Try("memory of " + whose, Opens(process + "/mem", O_RDONLY));
     Try("environment of " + whose, Opens(process + "/environ", O_RDONLY));
     char here = 0;
     const iovec mine = {&here, 1}, there = {&here, 1};
     Try("bytes of " + whose, process_vm_readv(pid, &mine, 1, &there, 1, 0) > 0);
     Try("a signal to " + whose, kill(pid, 0) == 0);
+  }
+
+  // Copies of its descriptors, sockets among them.
+  void TryDescriptors(const std::string& whose, pid_t pid) {
+    const long found = syscall(SYS_pidfd_open, pid, 0);
+    if (found < 0) return;  // there is no such process, or it is not ours to name
+    for (int descriptor = 0; descriptor < 32; ++descriptor) {
+      const long copy = syscall(SYS_pidfd_getfd, found, descriptor, 0);
+      if (copy >= 0) close(static_cast<int>(copy));
+      Try("a descriptor of " + whose, copy >= 0);
+    }
+    close(static_cast<int>(found));
   }
 
   World& world_;
