@@ -29,14 +29,21 @@ constexpr std::uint32_t kCallsBeside = 500;  // at least, where an attack can be
 constexpr std::size_t kMaxSaid_bytes = 1 << 20;
 constexpr std::chrono::seconds kAttackPatience{180};
 
-std::vector<double> OperatorsCalls(const support::Target& target, const std::function<bool(std::size_t)>& more) {
-  std::vector<double> times;
-  while (more(times.size())) {
-    const double took_s = support::OperatorsCallSeconds(target);
-    if (took_s < 0) throw local::CommandError("an operator's call was not answered");
-    times.push_back(took_s);
+// An operator's calls, in turns at the socket and at the door by TLS, each by a connection of its own.
+struct OperatorsCalls {
+  std::vector<double> at_socket_s, at_door_s;
+};
+
+// Adds to `calls` while there are to be more, of which it is asked by how many there are.
+void CallAsOperator(const support::Target& target, const std::string& token, OperatorsCalls& calls,
+                    const std::function<bool(std::size_t)>& more) {
+  while (more(calls.at_socket_s.size())) {
+    const double at_socket_s = support::OperatorsCallSeconds(target);
+    const double at_door_s = support::OperatorsCallSecondsAtDoor(target, token);
+    if (at_socket_s < 0 || at_door_s < 0) throw local::CommandError("an operator's call was not answered");
+    calls.at_socket_s.push_back(at_socket_s);
+    calls.at_door_s.push_back(at_door_s);
   }
-  return times;
 }
 
 // One attack under way, by a process of its own.
@@ -65,11 +72,11 @@ class Attacker {
 
 struct AttackCosts {
   support::Outcome outcome;
-  std::vector<double> beside_s;  // operator's calls meanwhile
+  OperatorsCalls beside;  // meanwhile
   double stays_mb = 0, highest_mb = 0;
 };
 
-AttackCosts Attack(const TrustStage& stage, const AttackSeat& seat) {
+AttackCosts Attack(const TrustStage& stage, const AttackSeat& seat, const std::string& token) {
   AttackCosts costs;
   const double before_mb = stage.ControlMegabytes();
   Attacker attacker(seat);
@@ -83,7 +90,7 @@ AttackCosts Attack(const TrustStage& stage, const AttackSeat& seat) {
   std::string failure;
   bool enough = false;
   try {
-    costs.beside_s = OperatorsCalls(stage.target(), [&](std::size_t calls) {
+    CallAsOperator(stage.target(), token, costs.beside, [&](std::size_t calls) {
       if (calls >= kCallsBeside && !std::exchange(enough, true)) attacker.Enough();
       return !attacker.IsOver();
     });
@@ -106,19 +113,20 @@ absl::Status RunAttacks(const TrustSize& size, Report& report) {
   for (const std::string& name : AttackNames()) {
     TrustStage stage;  // anew, so that its memory is that of this attack
     const std::string world = stage.CreateWorld(false);
-    const double quiet_s =
-        Quantile(OperatorsCalls(stage.target(), [&](std::size_t calls) { return calls < size.calls; }), 0.99);
-    const AttackCosts costs = Attack(stage, {.name = name,
-                                             .target = stage.target(),
-                                             .world = world,
-                                             .size = {.import_mb = size.import_mb,
-                                                      .lease_requests = size.lease_requests,
-                                                      .join_threads = size.join_threads,
-                                                      .joins_each = size.joins_each}});
+    const std::string token = stage.OperatorsToken();
+    OperatorsCalls quiet;
+    CallAsOperator(stage.target(), token, quiet, [&](std::size_t calls) { return calls < size.calls; });
+    const AttackSeat seat{.name = name,
+                          .target = stage.target(),
+                          .world = world,
+                          .size = {.import_mb = size.import_mb,
+                                   .lease_requests = size.lease_requests,
+                                   .join_threads = size.join_threads,
+                                   .joins_each = size.joins_each}};
+    const AttackCosts costs = Attack(stage, seat, token);
     for (const std::string& line : costs.outcome.through) std::cerr << "trust: " << name << ": " << line << "\n";
     const auto got_through = static_cast<double>(costs.outcome.through.size());
     through += got_through;
-    const double beside_s = costs.beside_s.empty() ? 0 : Quantile(costs.beside_s, 0.99);
     const auto add = [&](const char* metric, double value, const char* unit) {
       report.Add("attacks", kTrustEngine, name, metric, value, unit);
     };
@@ -126,12 +134,20 @@ absl::Status RunAttacks(const TrustSize& size, Report& report) {
     add("through", got_through, "1");
     add("control_memory_mb", costs.stays_mb, "MB");
     add("control_memory_highest_mb", costs.highest_mb, "MB");
-    add("operator_p99_quiet_ms", 1e3 * quiet_s, "ms");
-    add("operator_p99_ms", 1e3 * beside_s, "ms");
-    add("operator_p99_ratio", beside_s / quiet_s, "1");
-    add("operator_calls", static_cast<double>(costs.beside_s.size()), "1");
-    std::cerr << fmt::format("trust: {}: {} of {} got through, operator's p99 {:.1f} ms, quiet {:.1f} ms\n", name,
-                             got_through, costs.outcome.tries, 1e3 * beside_s, 1e3 * quiet_s);
+    const auto add_calls = [&](const std::string& calls, const std::vector<double>& quiet_times_s,
+                               const std::vector<double>& beside_times_s) {
+      const double quiet_s = Quantile(quiet_times_s, 0.99);
+      const double beside_s = beside_times_s.empty() ? 0 : Quantile(beside_times_s, 0.99);
+      add((calls + "_p99_quiet_ms").c_str(), 1e3 * quiet_s, "ms");
+      add((calls + "_p99_ms").c_str(), 1e3 * beside_s, "ms");
+      add((calls + "_p99_ratio").c_str(), beside_s / quiet_s, "1");
+      std::cerr << fmt::format("trust: {}: {}'s p99 {:.1f} ms, quiet {:.1f} ms\n", name, calls, 1e3 * beside_s,
+                               1e3 * quiet_s);
+    };
+    add_calls("operator", quiet.at_socket_s, costs.beside.at_socket_s);
+    add_calls("operator_door", quiet.at_door_s, costs.beside.at_door_s);
+    add("operator_calls", static_cast<double>(costs.beside.at_socket_s.size()), "1");
+    std::cerr << fmt::format("trust: {}: {} of {} got through\n", name, got_through, costs.outcome.tries);
   }
   report.Add("attacks", kTrustEngine, "all", "attacks_through", through, "1");
   return absl::OkStatus();
@@ -139,15 +155,18 @@ absl::Status RunAttacks(const TrustSize& size, Report& report) {
 
 namespace {
 
-// Memory after all of it against that after the first tenth.
-double GrowthRatio(const TrustStage& stage, std::uint32_t times, const std::function<void(std::uint32_t)>& act) {
+// The most memory after any tenth but the first against that after the first.
+double GrowthRatio(const TrustStage& stage, std::uint32_t times, const std::function<void()>& act) {
   const std::uint32_t tenth = std::max(1U, times / 10);
-  for (std::uint32_t i = 0; i < tenth; ++i) act(i);
-  const double early_mb = stage.ControlMegabytes();
-  for (std::uint32_t i = tenth; i < times; ++i) act(i);
-  const double late_mb = stage.ControlMegabytes();
-  std::cerr << fmt::format("trust: churn: {:.1f} MB after a tenth, {:.1f} MB in the end\n", early_mb, late_mb);
-  return late_mb / early_mb;
+  std::vector<double> heap_mb;
+  for (std::uint32_t done = 1; done <= times; ++done) {
+    act();
+    if (done % tenth == 0) heap_mb.push_back(stage.HeapMegabytes());
+  }
+  const double highest_mb = *std::max_element(heap_mb.begin() + 1, heap_mb.end());
+  std::cerr << fmt::format("trust: churn: {:.2f} MB after a tenth, {:.2f} MB at the highest, {:.2f} MB in the end\n",
+                           heap_mb.front(), highest_mb, heap_mb.back());
+  return highest_mb / heap_mb.front();
 }
 
 }  // namespace
@@ -159,7 +178,7 @@ absl::Status RunChurn(const TrustSize& size, Report& report) {
     const std::string world = stage.CreateWorld(false);
     constexpr int kThreads = 4, kEach = 25;
     const std::uint32_t rounds = std::max(10U, size.churn_joins / (kThreads * kEach));
-    const double ratio = GrowthRatio(stage, rounds, [&](std::uint32_t) {
+    const double ratio = GrowthRatio(stage, rounds, [&] {
       const support::Outcome outcome = support::JoinAndLeave(stage.target(), world, kThreads, kEach);
       if (!outcome.through.empty()) throw local::CommandError("churn: " + outcome.through.front());
     });
@@ -167,8 +186,7 @@ absl::Status RunChurn(const TrustSize& size, Report& report) {
                "1");
   }
   TrustStage stage;
-  const double ratio =
-      GrowthRatio(stage, size.churn_worlds, [&](std::uint32_t) { stage.DeleteWorld(stage.CreateWorld(true)); });
+  const double ratio = GrowthRatio(stage, size.churn_worlds, [&] { stage.DeleteWorld(stage.CreateWorld(true)); });
   report.Add("churn", kTrustEngine, fmt::format("worlds={}", size.churn_worlds), "heap_growth_ratio", ratio, "1");
   return absl::OkStatus();
 }

@@ -1,4 +1,4 @@
-// A world under attack: its ticks while strangers or a player flood a region, and a host that is evicted.
+// A world under attack: its ticks while strangers or a player flood a region.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "bench/failover_stage.h"
 #include "bench/flood_seat.h"
 #include "bench/scrape.h"
 #include "bench/statistics.h"
@@ -133,45 +132,6 @@ absl::Status RunFloodedTicks(const TrustSize& size, Report& report) {
     std::cerr << fmt::format("trust: ticks: {}: ratio {:.2f} at {:.0f} a second\n", config, Median(ratios),
                              Median(rates));
   }
-  return absl::OkStatus();
-}
-
-absl::Status RunEvictions(const TrustSize& size, Report& report) {
-  FailoverOutcome outcome;
-  std::vector<double> seconds;
-  for (std::uint32_t i = 0; i < size.evictions; ++i) {
-    const FailoverSize world{
-        .runs = 1, .bodies = size.bodies, .bots = 4, .control_away_s = 0, .scale_rounds = 0, .restored_bodies = 0};
-    local::RunOptions options = StageOptions(world);
-    options.regions = size.regions;
-    options.capacity = size.regions;
-    FailoverStage stage(options);
-    if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
-    const std::vector<Worker> victims = stage.WorkersOn(0);
-    v1::RemoveHostRequest request;
-    request.set_name("local-1");
-    request.set_force(true);
-    const auto begin = Clock::now();
-    stage.run().connection().Call("host remove", stage.run().connection().hosts(), &v1::HostService::Stub::RemoveHost,
-                                  request);
-    const absl::Status carried_on = stage.PlayUntil("carried on without the evicted host", [&] {
-      const v1::Instance latest = stage.run().Latest();
-      return latest.state() == v1::INSTANCE_STATE_RUNNING && latest.failovers() > 0 && stage.WorkersOn(0).empty();
-    });
-    if (!carried_on.ok()) return carried_on;
-    seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
-    outcome.runs += 1;
-    if (absl::Status status = stage.PlayOn(); !status.ok()) return status;
-    stage.TakeCensus(outcome);
-    std::cerr << fmt::format("trust: evict: {} of {} regions, {:.2f} s\n", victims.size(), size.regions,
-                             seconds.back());
-  }
-  const std::string config = fmt::format("regions={}", size.regions);
-  report.Add("evict", kTrustEngine, config, "evictions", outcome.runs, "1");
-  report.Add("evict", kTrustEngine, config, "evict_dropped", outcome.clients_dropped, "1");
-  report.Add("evict", kTrustEngine, config, "evict_lost", outcome.lost, "1");
-  report.Add("evict", kTrustEngine, config, "evict_duplicated", outcome.duplicated, "1");
-  report.Add("evict", kTrustEngine, config, "evict_seconds", Quantile(seconds, 1), "s");
   return absl::OkStatus();
 }
 
