@@ -11,6 +11,8 @@
 # upgrade of all packages; the next agent adopts them and the world runs on. A removal ends them, and with the package comes the
 # world, from its checkpoint. A gateway with a wrong option stays down; it records a world into its own folder, ends the file when
 # it is stopped, and answers again after its restart, SIGKILL and upgrade; recordings outlive its removal, and no purge.
+# Where this machine has the controllers of memory and tasks in cgroup v2: with the lines of docs/operating.md each worker is in
+# a control group of its own, with its limits, which outlives its agent; one beyond its memory is ended alone.
 set -euo pipefail
 
 [[ $# -eq 2 ]] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
@@ -211,4 +213,64 @@ eventually "installed again: the world is RUNNING" running
 
 inside tessera instance delete inst-1 --wait
 if workers; then fail "workers are left"; fi
+
+# --- Control groups -----------------------------------------------------------------------------------------------------
+
+# drop_in: the lines that docs/operating.md gives for `systemctl edit tessera-agent`.
+drop_in() {
+  awk '/systemctl edit tessera-agent/ { near = 1 } near && /^```ini/ { lines = 1; next } /^```/ { if (lines) exit } lines' \
+    "$(dirname -- "${BASH_SOURCE[0]}")/../../docs/operating.md"
+}
+# limit PID FILE: of the control group of a process.
+limit() { inside sh -c "cat /sys/fs/cgroup\$(sed -n 's/^0:://p' /proc/$1/cgroup)/$2"; }
+group() { inside sed -n 's/^0:://p' "/proc/$1/cgroup"; }
+
+# grouped WHAT: the agent is in a group of its own, and each worker in another, with its limits.
+grouped() {
+  local pid
+  [[ $(group "$(agent)") == */tessera-agent.service/agent ]] || fail "$1: the agent is in $(group "$(agent)")"
+  for pid in $(workers); do
+    [[ $(group "$pid") == */tessera-agent.service/worker-* ]] || fail "$1: a worker is in $(group "$pid")"
+    [[ $(limit "$pid" memory.max) == $((2048 << 20)) ]] || fail "$1: a worker has memory.max $(limit "$pid" memory.max)"
+    [[ $(limit "$pid" pids.max) == 128 ]] || fail "$1: a worker has pids.max $(limit "$pid" pids.max)"
+  done
+  [[ $(for pid in $(workers); do group "$pid"; done | sort -u | wc -l) -eq $(workers | wc -l) ]] || fail "$1: workers share a group"
+  echo "ok: $1: each worker is in a group of its own, with its limits"
+}
+replaced() { inside tessera instance list | grep -q 'inst-2 *RUNNING' && [[ $(workers | wc -l) -eq 4 ]] && ! inside test -e "/proc/$1"; }
+
+CONTROLLERS=" $(inside cat /sys/fs/cgroup/cgroup.controllers 2>/dev/null || true) "
+if [[ $CONTROLLERS == *" memory "* && $CONTROLLERS == *" pids "* ]]; then
+  [[ $(drop_in) == *Delegate=* ]] || fail "docs/operating.md has no lines for control groups"
+  inside mkdir -p /etc/systemd/system/tessera-agent.service.d
+  drop_in | inside tee /etc/systemd/system/tessera-agent.service.d/groups.conf >/dev/null
+  inside sh -c 'echo "TESSERA_AGENT_FLAGS=--control 127.0.0.1:7700 --worker-cgroups on --worker-memory-mb 2048 --worker-tasks 128" \
+    >/etc/default/tessera-agent'
+  inside systemctl daemon-reload
+  inside systemctl restart tessera-agent || fail "restart with control groups"
+  inside tessera instance create --scene plaza --regions 4 --wait
+  WORKERS=$(workers)
+  grouped "control groups"
+  before=$(agent)
+  inside systemctl restart tessera-agent || fail "another restart with control groups"
+  [[ $(agent) != "$before" && $(workers) == "$WORKERS" ]] || fail "control groups: workers were $WORKERS, are $(workers)"
+  grouped "agent restarted"
+  before=$(agent)
+  inside systemctl kill --signal=KILL --kill-whom=main tessera-agent
+  eventually "agent killed: another is ready" ready_again "$before"
+  grouped "agent killed"
+  # On one host nobody carries a region on, so the world comes back from a checkpoint.
+  inside tessera instance checkpoint inst-2
+  victim=$(head -n 1 <<<"$WORKERS")
+  before=$(agent)
+  inside sh -c "echo 4M >/sys/fs/cgroup$(group "$victim")/memory.max" || true
+  eventually "a worker beyond its memory is ended, and the world comes back" replaced "$victim"
+  [[ $(agent) == "$before" ]] || fail "the agent ended with the worker"
+  inside grep -qx 'oom_group_kill 1' /sys/fs/cgroup/system.slice/tessera-agent.service/memory.events ||
+    fail "memory ended other groups than that worker's"
+  grouped "after that"
+  inside tessera instance delete inst-2 --wait
+else
+  echo "skipped: control groups of workers, for cgroup v2 here has no controllers of memory and pids"
+fi
 echo "all held"
