@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
+#include <mutex>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
@@ -86,6 +87,34 @@ absl::StatusOr<std::unique_ptr<EtcdClient>> EtcdClient::Make(const EtcdAddress& 
   return client;
 }
 
+// A write while it is under way.
+class EtcdClient::OpenWrite {
+ public:
+  OpenWrite(const EtcdClient& client, grpc::ClientContext& context) : client_(client), context_(context) {
+    const std::lock_guard lock(client_.mutex_);
+    client_.open_writes_[&context_] = client_.term_;
+  }
+  ~OpenWrite() {
+    const std::lock_guard lock(client_.mutex_);
+    client_.open_writes_.erase(&context_);
+  }
+  OpenWrite(const OpenWrite&) = delete;
+  OpenWrite& operator=(const OpenWrite&) = delete;
+
+ private:
+  const EtcdClient& client_;
+  grpc::ClientContext& context_;
+};
+
+void EtcdClient::NoteTerm(const pb::ResponseHeader& header) const {
+  const std::lock_guard lock(mutex_);
+  if (header.raft_term() <= term_) return;
+  term_ = header.raft_term();
+  for (const auto& [context, term] : open_writes_) {
+    if (term != 0) context->TryCancel();  // 0: no answer had come before it
+  }
+}
+
 template <class Call>
 absl::Status EtcdClient::Once(Span patience, Call&& call) const {
   const std::size_t index = in_use_.load();
@@ -124,6 +153,7 @@ absl::StatusOr<pb::RangeResponse> EtcdClient::Range(const pb::RangeRequest& requ
     return member.kv->Range(&context, request, &response);
   });
   if (!status.ok()) return status;
+  NoteTerm(response.header());
   return response;
 }
 
@@ -140,9 +170,11 @@ absl::StatusOr<pb::TxnResponse> EtcdClient::Read(const pb::TxnRequest& request, 
 absl::StatusOr<pb::TxnResponse> EtcdClient::Write(const pb::TxnRequest& request, Span patience) const {
   pb::TxnResponse response;
   absl::Status status = Once(patience, [&](Member& member, grpc::ClientContext& context) {
+    const OpenWrite under_way(*this, context);
     return member.kv->Txn(&context, request, &response);
   });
   if (!status.ok()) return status;
+  NoteTerm(response.header());
   return response;
 }
 
@@ -192,6 +224,7 @@ absl::StatusOr<std::chrono::seconds> EtcdClient::KeepAlive(std::int64_t lease, S
     return grpc::Status::OK;
   });
   if (!status.ok()) return status;
+  NoteTerm(response.header());
   if (response.ttl() <= 0) return absl::NotFoundError("etcd: the lease is over");
   return std::chrono::seconds(response.ttl());
 }

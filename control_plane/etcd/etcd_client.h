@@ -4,6 +4,10 @@
 // whether one that was not answered has taken effect: IsAmbiguous parts these from those that etcd refused. Every call
 // has a deadline, and asks for a member that sees a leader, so that one that was cut off refuses.
 //
+// A write that is under way when etcd's members elect another leader may be lost, and then nobody answers it. Each
+// answer has the number of the term that it is of, so once one of a later term comes, from whichever call, the writes
+// of earlier ones are ended: as CANCELLED, and as ambiguous as they were.
+//
 //   auto client = EtcdClient::Make({.endpoints = {"10.0.0.1:2379"}, ...}, {.authority = pem});
 //   auto found = (*client)->Range(request, std::chrono::seconds(2));
 //
@@ -13,7 +17,9 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -21,6 +27,10 @@
 #include "absl/status/statusor.h"
 #include "control_plane/etcd/etcd.pb.h"
 #include "control_plane/etcd/etcd_address.h"
+
+namespace grpc {
+class ClientContext;
+}
 
 namespace tessera::control {
 
@@ -74,8 +84,15 @@ class EtcdClient {
   template <class Call>
   absl::Status Repeatedly(Span patience, Call&& call) const;
 
+  class OpenWrite;
+  void NoteTerm(const etcdserverpb::ResponseHeader& header) const;
+
   std::vector<std::unique_ptr<Member>> members_;
   mutable std::atomic<std::size_t> in_use_{0};
+
+  mutable std::mutex mutex_;                                           // guards what follows
+  mutable std::uint64_t term_ = 0;                                     // the latest that an answer was of
+  mutable std::map<grpc::ClientContext*, std::uint64_t> open_writes_;  // with the latest term when they were sent
 };
 
 // The smallest key that is greater than all that start with `prefix`, which is not empty.

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <chrono>
+#include <future>
 #include <thread>
 
 #include "absl/strings/escaping.h"
@@ -40,6 +42,11 @@ struct Leader {
 
 class EtcdStoreTest : public ::testing::Test {
  protected:
+  // So many came to etcd in all.
+  void AwaitTransactions(int count) const {
+    while (etcd_.transactions() < count) std::this_thread::yield();
+  }
+
   FakeEtcd etcd_;
 };
 
@@ -118,6 +125,38 @@ TEST_F(EtcdStoreTest, AWriteThatArrivesLateIsVoid) {
   etcd_.DeliverLate();
   EXPECT_EQ(leader.store->Get("a").status().code(), absl::StatusCode::kNotFound);
   EXPECT_TRUE(leader.store->Put("a", "1", kAbsent).ok());
+  EXPECT_EQ(leader.lost, 0);
+}
+
+// etcd's leader died with them: nobody would ever answer.
+TEST_F(EtcdStoreTest, AWriteFromBeforeAnElectionOfEtcdIsEndedOnceTheNextLeaderAnswers) {
+  const auto client = etcd_.Connect();
+  etcdserverpb::RangeRequest read;
+  read.set_key("x");
+  ASSERT_TRUE(client->Range(read, kEtcdReadPatience).ok());
+  etcd_.FailNext({Fault::kHang});
+  etcdserverpb::TxnRequest request;
+  request.add_success()->mutable_request_put()->set_key("x");
+  auto write = std::async(std::launch::async, [&] { return client->Write(request, std::chrono::minutes(1)).status(); });
+  AwaitTransactions(1);
+  ASSERT_TRUE(client->Range(read, kEtcdReadPatience).ok()) << "an answer of the same leader ends nothing";
+  etcd_.SetTerm(3);
+  ASSERT_TRUE(client->Range(read, kEtcdReadPatience).ok());
+  const absl::Status ended = write.get();
+  EXPECT_TRUE(absl::IsCancelled(ended)) << ended;
+  EXPECT_TRUE(EtcdClient::IsAmbiguous(ended));
+}
+
+TEST_F(EtcdStoreTest, WhatAnElectionOfEtcdLostIsWrittenAgain) {
+  Leader leader(etcd_.address());
+  const int before = etcd_.transactions();
+  etcd_.FailNext({Fault::kHang});
+  auto write = std::async(std::launch::async, [&] { return leader.store->Put("a", "1", kAbsent).status(); });
+  AwaitTransactions(before + 1);
+  etcd_.SetTerm(3);
+  const absl::Status written = write.get();
+  EXPECT_TRUE(written.ok()) << written;
+  EXPECT_EQ(leader.store->Get("a")->value, "1");
   EXPECT_EQ(leader.lost, 0);
 }
 

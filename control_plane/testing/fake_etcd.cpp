@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 
@@ -12,6 +13,7 @@ namespace pb = etcdserverpb;
 
 constexpr int kFakeMaxOps = 128;
 constexpr std::size_t kFakeMaxRequestBytes = 1536 << 10;
+constexpr std::chrono::milliseconds kFakeLook{2};  // between looks whether a caller is still there
 
 // As etcd counts them: a list and the longest one that is nested in it share the limit.
 grpc::Status CheckFakeOps(const pb::TxnRequest& request, int allowed, std::set<std::string>& puts) {
@@ -68,6 +70,11 @@ FakeEtcd::~FakeEtcd() { server_->Shutdown(std::chrono::system_clock::now()); }
 void FakeEtcd::FailNext(std::initializer_list<Fault> faults) {
   const std::lock_guard lock(mutex_);
   faults_.insert(faults_.end(), faults.begin(), faults.end());
+}
+
+void FakeEtcd::SetTerm(std::uint64_t term) {
+  const std::lock_guard lock(mutex_);
+  term_ = term;
 }
 
 void FakeEtcd::FailRenewals(bool fail) {
@@ -143,6 +150,7 @@ void FakeEtcd::Put(const std::string& key, const std::string& value) {
 
 void FakeEtcd::RangeNow(const pb::RangeRequest& request, pb::RangeResponse& response) const {
   response.mutable_header()->set_revision(revision_);
+  response.mutable_header()->set_raft_term(term_);
   const auto end =
       request.range_end().empty() ? entries_.upper_bound(request.key()) : entries_.lower_bound(request.range_end());
   auto at = entries_.lower_bound(request.key());
@@ -205,6 +213,7 @@ void FakeEtcd::TxnNow(const pb::TxnRequest& request, pb::TxnResponse& response) 
   Apply(request, response, revision_ + 1, wrote);
   if (wrote) ++revision_;
   response.mutable_header()->set_revision(revision_);
+  response.mutable_header()->set_raft_term(term_);
 }
 
 grpc::Status FakeEtcd::Range(grpc::ServerContext*, const pb::RangeRequest* request, pb::RangeResponse* response) {
@@ -214,13 +223,13 @@ grpc::Status FakeEtcd::Range(grpc::ServerContext*, const pb::RangeRequest* reque
   return grpc::Status::OK;
 }
 
-grpc::Status FakeEtcd::Txn(grpc::ServerContext*, const pb::TxnRequest* request, pb::TxnResponse* response) {
+grpc::Status FakeEtcd::Txn(grpc::ServerContext* context, const pb::TxnRequest* request, pb::TxnResponse* response) {
   if (request->ByteSizeLong() > kFakeMaxRequestBytes) {
     return {grpc::StatusCode::INVALID_ARGUMENT, "etcdserver: request is too large"};
   }
   std::set<std::string> puts;
   if (grpc::Status status = CheckFakeOps(*request, kFakeMaxOps, puts); !status.ok()) return status;
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   ++transactions_;
   if (fail_reads_ && IsFakeRead(*request)) return kFakeAway;
   if (IsFakeRead(*request) || faults_.empty()) {
@@ -232,6 +241,11 @@ grpc::Status FakeEtcd::Txn(grpc::ServerContext*, const pb::TxnRequest* request, 
   if (fault == Fault::kNone) {
     TxnNow(*request, *response);
     return grpc::Status::OK;
+  }
+  if (fault == Fault::kHang) {
+    lock.unlock();
+    while (!context->IsCancelled()) std::this_thread::sleep_for(kFakeLook);
+    return kFakeAway;
   }
   if (fault == Fault::kLoseAnswer || fault == Fault::kFullAfter) TxnNow(*request, *response);
   if (fault == Fault::kArriveLate) late_.push_back(*request);

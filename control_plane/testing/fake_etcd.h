@@ -38,6 +38,7 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
     kArriveLate,   // UNAVAILABLE, and takes effect when DeliverLate is called
     kFull,         // no effect, etcd's answer when its disk quota is used up
     kFullAfter,    // the same answer, and yet it takes effect
+    kHang,         // no effect, and no answer before the caller gives up
   };
 
   FakeEtcd();
@@ -48,6 +49,8 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
   }
   std::unique_ptr<EtcdClient> Connect() const { return *EtcdClient::Make(address(), {}); }
 
+  // Answers are those of the leader of this term from now on.
+  void SetTerm(std::uint64_t term);
   // The next transactions that write, one fault each.
   void FailNext(std::initializer_list<Fault> faults);
   // Renewals fail with UNAVAILABLE, or not any more.
@@ -101,6 +104,7 @@ class FakeEtcd final : public etcdserverpb::KV::Service, public etcdserverpb::Le
   mutable std::mutex mutex_;
   Entries entries_;
   std::int64_t revision_ = 1;  // as an empty etcd's
+  std::uint64_t term_ = 2;     // as a new etcd's
   std::int64_t compacted_ = 0;
   std::int64_t last_lease_ = 7000;
   std::map<std::int64_t, std::int64_t> leases_;  // to their seconds
