@@ -7,7 +7,7 @@ import { takeKey, takeTicket } from './right.ts';
 import { Session, type SessionListener } from './session.ts';
 import { Board } from './ui/board.ts';
 import { DetailPanel } from './ui/detail.ts';
-import { capital, h, setText } from './ui/dom.ts';
+import { capital, h, number, setText } from './ui/dom.ts';
 import { Hands } from './ui/hands.ts';
 import { Keys } from './ui/keys.ts';
 import { Labels } from './ui/labels.ts';
@@ -416,7 +416,7 @@ export class Page implements SessionListener {
     const limited = now_s - session.limited_at_s < LIMITED_S;
     this.counts.classList.toggle('limited', limited);
     this.counts.title = limited ? 'More moves than the budget of bytes has room for: bodies far away come later (--max-viewer-kbytes).' : '';
-    setText(this.counts, `${session.bodies.count.toLocaleString('en-US')} bodies · ${session.bodies.moving_count.toLocaleString('en-US')} moving · ${this.perf.rate.toFixed(0)} fps${limited ? ' · some late' : ''}`);
+    setText(this.counts, `${number(session.bodies.count)} bodies · ${number(session.bodies.moving_count)} moving · ${this.perf.rate.toFixed(0)} fps${limited ? ' · some late' : ''}`);
     this.time.showPaused(session.play ? session.play.paused : session.paused);
     const rate = session.welcome?.tick_rate ?? 60;
     this.time.showTick(session.tick, rate);

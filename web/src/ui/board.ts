@@ -2,6 +2,8 @@
 
 import { h, setText } from './dom.ts';
 
+const DECIMAL = new Intl.NumberFormat('en-US', { maximumFractionDigits: 3 });
+
 export class Board {
   readonly element = h('dl', { id: 'board', hidden: true, 'aria-label': 'Properties of the world' });
   private readonly values = new Map<string, HTMLElement>();
@@ -37,7 +39,7 @@ export class Board {
 // A name that counts seconds, such as "seconds_left", makes a number a clock.
 function said(name: string, value: unknown): string {
   if (typeof value === 'number' && Number.isInteger(value) && name.split('_').includes('seconds')) return minutes(value);
-  if (typeof value === 'number') return value.toLocaleString('en-US', { maximumFractionDigits: 3 });
+  if (typeof value === 'number') return DECIMAL.format(value);
   if (typeof value === 'boolean') return value ? 'yes' : 'no';
   if (Array.isArray(value)) return value.map((part) => Number(Number(part).toFixed(2))).join(', ');
   return value === '' ? '–' : String(value);

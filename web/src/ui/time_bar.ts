@@ -1,7 +1,7 @@
 // TimeBar: of a live world the clock, pause and the record button, of a recording play, pause, scrub and step.
 
 import type { Play } from '../protocol/messages.ts';
-import { bytes, clock, h, setText } from './dom.ts';
+import { bytes, clock, h, number, setText } from './dom.ts';
 import type { Order } from './machine_room.ts';
 
 const CORRECTION_S = 4; // is shown for so long
@@ -100,7 +100,7 @@ export class TimeBar {
   }
 
   showTick(tick: number, rate: number): void {
-    if (!this.replay) setText(this.at, `tick ${tick.toLocaleString('en-US')} · ${clock(tick / rate)}`);
+    if (!this.replay) setText(this.at, `tick ${number(tick)} · ${clock(tick / rate)}`);
   }
 
   // `ticks_per_second` that the world makes; 0: it is paused, and says nothing of its pace.
