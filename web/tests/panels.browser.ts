@@ -56,6 +56,17 @@ test('the table of regions points out what is wrong with them', async () => {
     assert.match(await cell(3, 2).innerText(), /no standby/);
     assert.deepEqual([await cell(4, 3).innerText(), (await cell(4, 5).innerText()).trim()], ['lost', '– –']);
     assert.deepEqual(await shown.locator('#room tr.dead').count(), 1);
+    // A button keeps the focus while the figures of its row change.
+    const end = shown.getByRole('button', { name: 'End worker 2' });
+    await end.focus();
+    fake.report({ regions: [first, { ...second, bodies: 98765 }, third, fourth] });
+    await cell(2, 6).filter({ hasText: '98,765' }).waitFor(WAIT);
+    assert.equal(await end.evaluate((button) => document.activeElement === button), true);
+    assert.equal(await shown.locator('#room tr.dead').count(), 0);
+    fake.report({ regions: [first, third, fourth] });
+    await holds(shown, 'document.querySelectorAll("#room tbody tr").length === 3');
+    fake.report({ regions: [first, second, third, fourth] });
+    await holds(shown, '[...document.querySelectorAll("#room tbody .region")].map((button) => button.textContent).join() === "1,2,3,4"');
     // The button of a region shows its ground.
     await cell(4, 1).getByRole('button').click();
     await holds(shown, 'tessera.view.rig.target[0] > 20 && tessera.view.rig.target[2] > 20');

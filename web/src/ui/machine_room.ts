@@ -1,10 +1,9 @@
 // MachineRoom: the table of regions, charts, what is being changed, and events as they come.
 
-import type { RegionStatus } from '../protocol/messages.ts';
-import { regionCss } from '../view/colours.ts';
 import type { Room } from '../world/room.ts';
 import { Charts } from './charts.ts';
-import { bytes, h, number, setText } from './dom.ts';
+import { h, number, setText } from './dom.ts';
+import { RegionRow } from './region_row.ts';
 
 export type Order = (order: string, fields?: Record<string, unknown>) => void;
 
@@ -21,19 +20,17 @@ const HEADS: [string, string][] = [
   ['', 'orders'],
 ];
 
-function ms(value: number | undefined): string {
-  return value === undefined ? '–' : number(value, 1);
-}
-
 export class MachineRoom {
   readonly charts = new Charts();
   readonly element: HTMLElement;
-  private readonly rows = h('tbody');
+  private readonly table = h('tbody');
+  private rows = new Map<number, RegionRow>(); // by region
   private readonly changes = h('ul', { class: 'changes', 'aria-live': 'polite' });
   private readonly events = h('ol', { class: 'events', 'aria-live': 'off' });
   private readonly summary = h('p', { class: 'summary' });
   private drawn_status = -1;
   private drawn_events = -1;
+  private drawn_changes = '';
   private readonly order: Order;
   private readonly look: (region: number) => void;
 
@@ -44,7 +41,7 @@ export class MachineRoom {
     this.element = h(
       'aside',
       { id: 'room', 'aria-label': 'Machine room' },
-      h('section', {}, h('h2', {}, 'Regions'), this.summary, h('table', {}, h('thead', {}, head), this.rows), this.changes),
+      h('section', {}, h('h2', {}, 'Regions'), this.summary, h('table', {}, h('thead', {}, head), this.table), this.changes),
       h('section', { class: 'ordering' }, this.orders()),
       h('section', {}, h('h2', {}, 'Last five minutes'), this.charts.element),
       h('section', { class: 'grows' }, h('h2', {}, 'Events'), this.events),
@@ -75,7 +72,8 @@ export class MachineRoom {
   private drawStatus(room: Room): void {
     const status = room.status;
     if (!status) {
-      this.rows.replaceChildren();
+      this.rows.clear();
+      this.table.replaceChildren();
       setText(this.summary, 'No figures yet.');
       return;
     }
@@ -84,43 +82,18 @@ export class MachineRoom {
     if (status.lost_bodies > 0) parts.push(`${number(status.lost_bodies)} bodies lost`);
     setText(this.summary, parts.join(' · '));
     const unprotected = new Set(status.unprotected);
-    this.rows.replaceChildren(...status.regions.map((region) => this.row(region, unprotected.has(region.region))));
-    this.changes.replaceChildren(...status.changes.map((text) => h('li', {}, text)));
+    this.rows = new Map(status.regions.map(({ region }) => [region, this.rows.get(region) ?? this.rowOf(region)]));
+    for (const region of status.regions) this.rows.get(region.region)!.show(region, unprotected.has(region.region));
+    stand(this.table, [...this.rows.values()].map(({ element }) => element));
+    // Programs that read aloud say a list again when it is written again.
+    if (status.changes.join('\n') !== this.drawn_changes) {
+      this.drawn_changes = status.changes.join('\n');
+      this.changes.replaceChildren(...status.changes.map((text) => h('li', {}, text)));
+    }
   }
 
-  private row(region: RegionStatus, unprotected: boolean): HTMLElement {
-    const name = h(
-      'button',
-      { class: 'region', title: 'Look at it', onclick: () => this.look(region.region) },
-      h('i', { style: `background:${region.alive ? regionCss(region.region) : '#777'}` }),
-      String(region.region),
-    );
-    const standby = region.standby ? `⇢ ${region.standby}` : 'no standby';
-    const end = h(
-      'button',
-      {
-        class: 'danger small',
-        title: `End the process of region ${region.region} at once, and watch it be replaced`,
-        'aria-label': `End worker ${region.region}`,
-        onclick: () => this.order('end_worker', { region: region.region }),
-      },
-      'End',
-    );
-    const late = region.step_p99_ms * region.tick_rate_hz > 1000;
-    return h(
-      'tr',
-      { class: region.alive ? '' : 'dead' },
-      h('td', {}, name),
-      h('td', { title: unprotected ? 'its standby does not have its state yet' : '' }, region.host, ' ', h('small', { class: unprotected ? 'warn' : '' }, standby)),
-      h('td', {}, region.alive ? number(region.tick_rate_hz) : 'lost'),
-      h('td', { class: late ? 'warn' : '' }, number(region.step_p50_ms, 1), ' ', h('small', {}, number(region.step_p99_ms, 1))),
-      h('td', {}, ms(region.broadcast_ms), ' ', h('small', {}, ms(region.prediction_ms))),
-      h('td', {}, number(region.bodies), ' ', h('small', {}, region.asleep > 0 ? `${number(region.asleep)} z` : '')),
-      h('td', {}, number(region.ghosts)),
-      h('td', {}, number(region.players)),
-      h('td', {}, bytes(region.memory_bytes)),
-      h('td', {}, end),
-    );
+  private rowOf(region: number): RegionRow {
+    return new RegionRow(region, () => this.look(region), () => this.order('end_worker', { region }));
   }
 
   private orders(): HTMLElement {
@@ -136,4 +109,10 @@ export class MachineRoom {
       button('Restore', 'Go back to the newest checkpoint', () => this.order('restore', { tick: 0 })),
     );
   }
+}
+
+// Puts these into the box, in this order, and moves none that stands where it belongs.
+function stand(box: HTMLElement, elements: HTMLElement[]): void {
+  const same = box.children.length === elements.length && elements.every((element, at) => box.children[at] === element);
+  if (!same) box.replaceChildren(...elements);
 }
