@@ -25,7 +25,7 @@ std::uint64_t BigEndian(std::string_view bytes) {
 }  // namespace
 
 ViewerSocket::ViewerSocket(const std::string& address, const std::string& instance, const Options& options)
-    : on_binary_(options.on_binary) {
+    : on_binary_(options.on_binary), on_text_(options.on_text) {
   const std::size_t colon = address.rfind(':');
   std::uint32_t port = 0;
   sockaddr_in to{};
@@ -135,6 +135,7 @@ void ViewerSocket::OnFrame(std::uint8_t opcode, std::string_view payload) {
     nlohmann::json message = nlohmann::json::parse(payload);
     const std::string type = message.at("type");
     ++texts[type];
+    if (on_text_) on_text_(message);
     newest[type] = std::move(message);
   } else if (opcode == kPing) {
     SendFrame(kPong, payload);  // a viewer that is silent for long is hung up on

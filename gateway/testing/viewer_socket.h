@@ -32,6 +32,8 @@ class ViewerSocket {
     int receive_buffer_bytes = 0;
     // Gets the binary messages in place of the decoder, whose words cost more than the gateway that is measured.
     std::function<void(std::span<const std::uint8_t>)> on_binary = {};
+    // Gets each text message too, for those who must not miss one.
+    std::function<void(const nlohmann::json&)> on_text = {};
   };
   ViewerSocket(const std::string& address, const std::string& instance) : ViewerSocket(address, instance, Options()) {}
   ViewerSocket(const std::string& address, const std::string& instance, const Options& options);
@@ -64,6 +66,7 @@ class ViewerSocket {
   void OnFrame(std::uint8_t opcode, std::string_view payload);
 
   std::function<void(std::span<const std::uint8_t>)> on_binary_;
+  std::function<void(const nlohmann::json&)> on_text_;
   int socket_ = -1;
   bool upgraded_ = false;
   std::string received_;
