@@ -111,9 +111,8 @@ TEST_F(GatewayFaultsTest, TheListOfWorldsSaysThatItIsOldWhileTheControlPlaneIsAw
   }));
   run_->cluster().RestartControl();
   run_->WatchAnew();
-  ASSERT_TRUE(Until({viewer.get(), late.get()}, "the list and the figures are new", [&] {
-    return lists_one(false) && NewestOf(*viewer, "status").value("age_s", 9.0) < 2;
-  }));
+  ASSERT_TRUE(Until({viewer.get(), late.get()}, "the list and the figures are new",
+                    [&] { return lists_one(false) && NewestOf(*viewer, "status").value("age_s", 9.0) < 2; }));
   for (const ViewerSocket* one : {viewer.get(), late.get()}) {
     EXPECT_EQ(one->decoder.welcomes, 1u);
     EXPECT_FALSE(one->closed.has_value());
