@@ -137,6 +137,7 @@ TEST_F(GatewayFaultsTest, ARegionWithoutAWorkerIsToldDeadUntilItIsCarriedOn) {
   const auto viewer = WatchAndNote(told);
   ASSERT_TRUE(Until({viewer.get()}, "all regions", [&] { return SeesAll(*viewer) && RegionsAlive(*viewer) == 4; }));
   const auto victim = static_cast<pid_t>(ReportOf(2).identity().pid());
+  told = {};  // before the gateway had joined it heard no region
   run_->cluster().KillControl();
   ASSERT_EQ(kill(victim, SIGKILL), 0);
   ASSERT_TRUE(Until({viewer.get()}, "region 2 dead, and no other",
