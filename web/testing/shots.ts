@@ -17,7 +17,6 @@ const [page_file = 'page.png', desktop_file = 'desktop.png', bin = '../build/dev
 async function shootPage(address: string): Promise<void> {
   const browser = await launch();
   const { page } = await open(browser, address);
-  await page.locator('a.card', { hasText: 'inst-1' }).click();
   const end = performance.now() + 1000 * WAIT_S;
   while (!(await page.evaluate(`window.tessera && tessera.session.room.samples.length > ${SAMPLES} && tessera.session.room.status.unprotected.length === 0`))) {
     if (performance.now() > end) throw new Error('the world did not run long enough');
@@ -33,7 +32,7 @@ async function shootPage(address: string): Promise<void> {
 // On a display that nobody sees.
 async function shootDesktop(cluster: LocalCluster): Promise<void> {
   const script = join(cluster.folder, 'desktop.script');
-  writeFileSync(script, `wait world\nhold W\nwait moved 6\nrelease W\nwait figures\nframes 5\nscreenshot ${resolve(desktop_file)}\nframes 2\nquit\n`);
+  writeFileSync(script, `wait world\nhold Right\nframes 15\nrelease Right\nwait figures\nframes 2\nscreenshot ${resolve(desktop_file)}\nframes 2\nquit\n`);
   const client = [join(bin, 'tessera-desktop'), '--control', cluster.control, '--instance', 'inst-1', '--size', '1120x630', '--script', script];
   const env = { ...process.env, SDL_VIDEODRIVER: 'x11', LIBGL_ALWAYS_SOFTWARE: '1' };
   await promisify(execFile)('xvfb-run', ['--auto-servernum', '--server-args=-screen 0 1280x720x24', ...client], { env });
@@ -43,7 +42,7 @@ const cluster = await LocalCluster.start(bin);
 try {
   await cluster.tessera('instance', 'create', '--scene', 'plaza', '--bodies', '800', '--regions', '4', '--wait');
   const swarm = cluster.tessera('swarm', 'inst-1', '--players', '12', '--seconds', String(WAIT_S)).catch(() => '');
-  await shootPage(cluster.page);
+  await shootPage(`${cluster.page}&inst-1`);
   await shootDesktop(cluster);
   await cluster.tessera('instance', 'delete', 'inst-1'); // which ends the swarm
   await swarm;
