@@ -68,6 +68,7 @@ constexpr auto kNotRun = std::to_array<NotRun>({
     {"tessera demo", "runs for a minute; end_to_end_instance_test runs it for less"},
     {"systemd-sysusers", kInContainer},
     {"sysctl", "needs root, and changes the kernel of the machine"},
+    {"journalctl -k", "reads the log of the machine's kernel, which not every user may"},
     {"systemctl daemon-reload", kInContainer},
     {"systemctl edit tessera-agent", kInContainer},
     {"systemctl enable", kInContainer},
