@@ -59,6 +59,23 @@ TEST(ChangeTest, OneIdIsInTheLogTheEventsAndTheOrdersOfAnOperation) {
   }
 }
 
+// Clients refuse a grant whose regions are not those of its map.
+TEST(ChangeTest, WhoJoinsMeanwhileIsToldTheRegionsOfTheMapInForce) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  const std::string id = Start(harness, 2);
+  harness.agents.at("alpha").fake.unlinked = {3, 4};  // so the change is under way for a while
+  ASSERT_TRUE(Scale(harness, id, 4).ok());
+  harness.Run(seconds(1));
+  ASSERT_EQ(harness.Get(id).region_status_size(), 4) << "the new workers are there";
+  const auto joined = harness.cluster().Join(harness.now, JoinRequest(id, "ann"));
+  ASSERT_TRUE(joined.ok()) << joined.status();
+  const v1::JoinInstanceResponse& grant = joined->response;
+  EXPECT_EQ(grant.map().regions_size(), 2);
+  ASSERT_EQ(grant.regions_size(), grant.map().regions_size());
+  for (int i = 0; i < grant.regions_size(); ++i) EXPECT_EQ(grant.regions(i).region(), grant.map().regions(i).id());
+}
+
 TEST(ChangeTest, ScalingWithoutRoomChangesNothing) {
   ClusterHarness harness;
   harness.AddHost("alpha", 2);

@@ -111,7 +111,11 @@ v1::JoinInstanceResponse Admit(const InstanceEntry& instance, PlayerNumber playe
   response.set_credential_key(seed.data(), seed.size());
   response.set_instance_key(credentials.instance_key.data(), credentials.instance_key.size());
   *response.mutable_map() = record.map();
+  const auto in_force = [&record](std::uint32_t region) {
+    return std::ranges::any_of(record.map().regions(), [region](const auto& known) { return known.id() == region; });
+  };
   for (const WorkerEntry& worker : instance.workers) {
+    if (!in_force(worker.region)) continue;  // it is to join; clients hear of it with the map that it is in
     v1::RegionAddress& address = *response.add_regions();
     address = worker.report.address();
     address.clear_link_port();
