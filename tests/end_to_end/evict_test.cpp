@@ -273,7 +273,8 @@ TEST_F(EvictedHostTest, ItsKeysAndRecordingsOpenNothing) {
                       .port = at_game.port(),
                       .region = RegionId(neighbour.region()),
                       .credentials = GuestsGrant("ada").credentials});
-  EXPECT_EQ(Opened(recorded).size(), 2u);
+  // A worker that dials with the same key at the same moment ends the other's handshake.
+  for (const support::Knock& knock : recorded) EXPECT_TRUE(Await([&] { return !Opened({knock}).empty(); }));
   at_links.Stop();
   at_game.Stop();
   ASSERT_NO_FATAL_FAILURE(Evict());
