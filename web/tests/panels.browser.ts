@@ -130,6 +130,7 @@ test('keys do what the buttons do, but not while somebody types', async () => {
     assert.equal(await shown.evaluate('tessera.view.follows'), false);
     await shown.keyboard.press('f');
     assert.equal(await shown.evaluate('tessera.view.follows'), true);
+    await holds(shown, 'tessera.view.rig.distance < 30'); // with the next picture
     await shown.keyboard.press('Control+c');
     assert.equal(await mode.inputValue(), 'speed');
     await shown.keyboard.press('Escape');
