@@ -21,6 +21,7 @@ void Client::Impl::MakeInputs(TimePoint now) {
   for (const PlayerInput& input : inputs.MakeDue(now, in)) prediction.Add(input);
 }
 
+// A snapshot may take several datagrams, and the own body's record may be in any of them.
 void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection,
                                const replication::ReceivedSnapshot& snapshot) {
   const BodyId body = own.id();

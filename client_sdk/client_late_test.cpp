@@ -7,6 +7,8 @@
 
 #include "client_sdk/client.h"
 #include "client_sdk/client_fixture.h"
+#include "core/region/region_players.h"
+#include "core/world/math.h"
 
 namespace tessera::client {
 namespace {
@@ -107,6 +109,90 @@ TEST_F(ClientLateTest, APollAfterALateOneReadsNoMoreThanThat) {
   EXPECT_GE(polls, 2) << "one poll took all of it";
   EXPECT_LE(dearest, 5 * usual / 2);
 }
+
+// A thousand bodies, of which a snapshot holds a third, in datagrams ascending by id: the own body is in each snapshot,
+// and in the last datagram of it. The region is the test's own, and moves that body by its inputs, one a tick.
+struct ClientCrowdTest : ClientFixture, testing::WithParamInterface<int> {  // ticks between polls
+  static constexpr double kTick_s = 1.0 / kTickRate;
+  // Within which a shown place is to follow the region's, as a share of a second of the body's way.
+  static constexpr double kFollows_s = 0.2;
+
+  FakeRegion& Region() { return *instance->regions[0]; }
+  BodyState& Own() { return bodies.back().state; }
+
+  void Begin() {
+    Make(1, "gravity { } view { bytes_per_second: 100000 } ");
+    JoinOptions options = Options();
+    options.predict = true;
+    auto joined = Client::Join(options);
+    ASSERT_TRUE(joined.ok()) << joined.status();
+    client = *std::move(joined);
+    Play();
+    for (std::uint64_t i = 1; i <= 1000; ++i) {
+      bodies.push_back({BodyId(i), Epoch(1), Moving(-45 + 0.05 * static_cast<double>(i), 1)});
+    }
+    bodies.push_back({client->own_body(), Epoch(1), Moving(0, 0)});
+    Region().view = {.centre = Own().position, .own = client->own_body()};
+    Region().applied = 0;
+  }
+  void Step(bool drops_last) {
+    tick = tick + 1;
+    now += kTick;
+    BodyState& own = Own();
+    if (acted < Region().inputs.size()) {
+      const PlayerInput& input = Region().inputs[acted++];
+      const Vec3d force(region::LimitedForce(*instance->scene->player, input.force_n, own.linear_velocity));
+      own.linear_velocity = Vec3f(Vec3d(own.linear_velocity) + force * kTick_s);
+      Region().applied = input.number;
+    }
+    for (BodyRecord& body : bodies) body.state.position += Vec3d(body.state.linear_velocity) * kTick_s;
+    if (tick.value() % 2 != 0) return;
+    Region().drops_last = drops_last;
+    Region().Snapshot(tick, bodies);
+  }
+  // Polls every so many ticks for ten seconds, and steers along x, then along z. `loses`: the last datagram of the
+  // newest snapshot is lost before each poll, as where a socket's buffer is full.
+  void Steer(int ticks_a_poll, bool loses) {
+    for (int at = 1; at <= 10 * static_cast<int>(kTickRate); ++at) {
+      const int until_poll = (ticks_a_poll - at % ticks_a_poll) % ticks_a_poll;
+      Step(loses && until_poll < 2);
+      if (until_poll > 0) continue;
+      const bool turned = at > 5 * static_cast<int>(kTickRate);
+      client->Move(turned ? Vec3f{0, 0, 10} : Vec3f{10, 0, 0}, {});
+      PollOnce();
+      const std::vector<ShownBody> shown = client->Interpolated(now);
+      instance->Service();
+      if (at < 2 * static_cast<int>(kTickRate)) continue;
+      ++frames;
+      const auto own = std::ranges::find(shown, client->own_body(), &ShownBody::id);
+      ASSERT_NE(own, shown.end());
+      predicted += own->predicted ? 1 : 0;
+      off_m = std::max(off_m, Length(own->pose.position - Own().position));
+    }
+  }
+  void ExpectFollowed() {
+    EXPECT_GT(Own().position.x, 5) << "it has been moved";
+    EXPECT_GT(Own().position.z, 5);
+    EXPECT_EQ(predicted, frames);
+    EXPECT_LT(off_m, kFollows_s * instance->scene->player->max_speed_m_s);
+    EXPECT_TRUE(client->Stats().predicting);
+    EXPECT_EQ(client->Stats().decode_errors, 0u);
+  }
+
+  std::vector<BodyRecord> bodies;
+  std::size_t acted = 0;
+  int frames = 0, predicted = 0;
+  double off_m = 0;
+};
+
+TEST_P(ClientCrowdTest, TheOwnBodyIsPredictedAndShownWhereItsInputsHaveMovedIt) {
+  ASSERT_NO_FATAL_FAILURE(Begin());
+  ASSERT_NO_FATAL_FAILURE(Steer(GetParam(), false));
+  ExpectFollowed();
+}
+
+// Polls every 33, 133, 200, 250 and 300 ms.
+INSTANTIATE_TEST_SUITE_P(Ticks, ClientCrowdTest, testing::Values(2, 8, 12, 15, 18));
 
 }  // namespace
 }  // namespace tessera::client

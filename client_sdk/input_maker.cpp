@@ -74,7 +74,8 @@ void InputMaker::SkipPast(std::uint32_t last_input) {
 
 std::optional<std::uint32_t> InputMaker::Applied(TimePoint now, Tick tick, std::uint32_t last_input,
                                                  std::int32_t margin_ticks) {
-  if (applied_ && tick <= applied_->tick) return std::nullopt;
+  if (applied_ && tick < applied_->tick) return std::nullopt;
+  if (applied_ && tick == applied_->tick) return applied_->input;
   applied_ = {tick, std::max(last_input, applied_ ? applied_->input : 0)};
   clock_.Applied(now, applied_->input, margin_ticks);
   return applied_->input;

@@ -53,7 +53,8 @@ class InputMaker {
   // late.
   void SkipPast(std::uint32_t last_input);
   // The own body's region reports: by `tick` it had applied `last_input`, and the newest had come so many ticks early.
-  // The newest input that is known to be applied by then; nothing if a later report is here.
+  // Each datagram of a snapshot says it again. The newest input that is known to be applied by then; nothing if a later
+  // report is here.
   std::optional<std::uint32_t> Applied(TimePoint now, Tick tick, std::uint32_t last_input, std::int32_t margin_ticks);
   std::uint32_t last_applied() const { return last_applied_; }
   // The world starts over: what was made and reported counts no more, and numbers go on.

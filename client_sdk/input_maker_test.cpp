@@ -77,6 +77,7 @@ TEST_F(InputMakerTest, AnInputIsMeantForTheTickAfterThoseThatWait) {
   EXPECT_EQ(maker.Make(asked, 0).number, 2u);
   ASSERT_EQ(maker.Applied(now, Tick(100), 1, 0), 1u);  // input 1 acted in tick 100, so 2 does in 101 and 3 in 102
   EXPECT_EQ(maker.Make(asked, 0).target, Tick(102));
+  EXPECT_EQ(maker.Applied(now, Tick(100), 1, 0), 1u);           // in another datagram of the same snapshot
   EXPECT_EQ(maker.Applied(now, Tick(99), 3, 0), std::nullopt);  // an older report
   EXPECT_EQ(maker.Applied(now, Tick(101), 0, 0), 1u);           // inputs do not go back
   asked.body = BodyId(5);

@@ -38,10 +38,11 @@ namespace tessera::client {
 
 constexpr std::uint32_t kTickRate = 60, kSnapshotRate = 30;
 
-// A test decides itself what it shows, so interest has no radius.
+// A test decides itself what it shows, so interest has no radius; its clock goes by snapshots, so every one is sent.
 inline replication::SnapshotSettings ShowsAll(const Scene& scene) {
   replication::SnapshotSettings settings = replication::SnapshotSettingsFor(scene);
   settings.interest_radius_m = 0;
+  settings.idle_ticks = 0;
   return settings;
 }
 
@@ -73,6 +74,9 @@ class FakeRegion {
   std::map<std::uint32_t, std::string> commands;  // by number
   std::uint32_t last_event = 0;                   // that the client says to have
   double drop_share = 0;                          // share of snapshot datagrams; every n-th
+  bool drops_last = false;                        // datagram of each snapshot
+  replication::ClientView view;                   // of each client
+  std::optional<std::uint32_t> applied;           // last, as snapshots say; nothing: the newest that came
   // The scene, for those who ask: so many bytes a chunk, and chunks until it falls silent.
   std::size_t scene_chunk_bytes = replication::kMaxSceneChunkBytes;
   std::size_t scene_chunks_left = ~std::size_t{0};
@@ -179,10 +183,12 @@ class FakeRegion {
     history_.Push(tick, bodies, departures);
     for (auto& [peer, sender] : senders_) {
       if (holds_[peer]) {  // its snapshots begin from nothing
-        sender = replication::SnapshotSender(Unhurried());
+        sender = replication::SnapshotSender(settings_);
         continue;
       }
-      for (const net::Bytes& bytes : sender.Write(history_, last_input_, 0).datagrams) {
+      const auto written = sender.Write(history_, view, applied.value_or(last_input_), 0).datagrams;
+      for (const net::Bytes& bytes : written) {
+        if (drops_last && &bytes == &written.back()) continue;
         dropped_ += drop_share;
         if (dropped_ >= 1) {
           dropped_ -= 1;
@@ -212,17 +218,10 @@ class FakeRegion {
     endpoint_->Disconnect(peer);
   }
 
-  // Every snapshot is sent: the tests' clock goes by them.
-  replication::SnapshotSettings Unhurried() const {
-    replication::SnapshotSettings every_one = settings_;
-    every_one.idle_ticks = 0;
-    return every_one;
-  }
-
   void OnConnected(const net::Event& event) {
     if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
     if (IsReplaced(event.who)) return Refuse(event.peer, v1::REFUSAL_REASON_REPLACED, "");
-    senders_.emplace(event.peer, replication::SnapshotSender(Unhurried()));
+    senders_.emplace(event.peer, replication::SnapshotSender(settings_));
     players_[event.peer] = event.who.player;
     v1::RegionControl message;
     v1::RegionWelcome& welcome = *message.mutable_welcome();
@@ -239,8 +238,7 @@ class FakeRegion {
   // Whether a newer process of the player was here; an older one is refused now.
   bool IsReplaced(const net::PeerIdentity& who) {
     net::Generation& newest = generations_[who.player];
-    if (who.generation < newest) return true;
-    if (who.generation == newest) return false;
+    if (who.generation <= newest) return who.generation < newest;
     newest = who.generation;
     for (const auto& [peer, player] : players_) {
       if (player == who.player && senders_.erase(peer) > 0) Refuse(peer, v1::REFUSAL_REASON_REPLACED, "");
@@ -390,8 +388,7 @@ class FakeInstance : public StreamingSessions {
     return *regions.back();
   }
   std::string packed_scene() const { return std::string(AsText(PackLevel(*scene).scene)); }
-  // The grant that the control plane would give to a new player, or to a viewer.
-  // `again`: for a player who is in already.
+  // The grant that the control plane would give to a new player, to a viewer, or to one who is in already.
   std::vector<std::uint8_t> Grant(bool viewer = false, PlayerNumber again = PlayerNumber()) {
     const PlayerNumber player = viewer                    ? PlayerNumber(kFirstViewer + 5)
                                 : again != PlayerNumber() ? again
