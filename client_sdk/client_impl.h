@@ -148,6 +148,7 @@ struct Client::Impl {
   std::optional<TimePoint> last_poll;           // the beginning of the Poll under way, or of the last
   std::chrono::nanoseconds since_last_poll{0};  // between that and the one before
   bool behind = false;                          // the last poll did not take all that had come
+  std::vector<net::Event> kept;                 // datagrams that have come, and the next poll reads
 };
 
 }  // namespace tessera::client

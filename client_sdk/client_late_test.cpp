@@ -194,5 +194,15 @@ TEST_P(ClientCrowdTest, TheOwnBodyIsPredictedAndShownWhereItsInputsHaveMovedIt) 
 // Polls every 33, 133, 200, 250 and 300 ms.
 INSTANTIATE_TEST_SUITE_P(Ticks, ClientCrowdTest, testing::Values(2, 8, 12, 15, 18));
 
+using ClientLateCrowdTest = ClientCrowdTest;
+
+TEST_P(ClientLateCrowdTest, TheOwnBodyIsPredictedWhereTheEndOfTheNewestSnapshotIsNotThere) {
+  ASSERT_NO_FATAL_FAILURE(Begin());
+  ASSERT_NO_FATAL_FAILURE(Steer(GetParam(), true));
+  ExpectFollowed();
+}
+
+INSTANTIATE_TEST_SUITE_P(Ticks, ClientLateCrowdTest, testing::Values(8, 12, 15, 18));
+
 }  // namespace
 }  // namespace tessera::client

@@ -1,8 +1,10 @@
 // Receiving: connections, control messages and snapshots of the regions.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -50,9 +52,13 @@ constexpr std::chrono::milliseconds kLatePoll{100};
 // Units (WorkBudget) for receiving a datagram, for reading a snapshot's, and for each body in it.
 constexpr std::int64_t kUnitsToReceive = 150, kUnitsToRead = 50, kUnitsToTakeABody = 30;
 
+bool IsDatagram(const net::Event& event) {
+  return event.kind == net::Event::Kind::kMessage && event.delivery == net::Delivery::kUnsequenced;
+}
+
 std::optional<Tick> TickOfSnapshot(const net::Event& event) {
-  const bool datagram = event.kind == net::Event::Kind::kMessage && event.delivery == net::Delivery::kUnsequenced;
-  if (!datagram || replication::KindOf(event.bytes) != replication::DatagramKind::kSnapshot) return std::nullopt;
+  if (!IsDatagram(event) || replication::KindOf(event.bytes) != replication::DatagramKind::kSnapshot)
+    return std::nullopt;
   replication::SnapshotHeader header;
   replication::BitReader reader(event.bytes);
   if (!replication::ReadHeader(reader, header).ok() || !reader.ok())
@@ -60,19 +66,30 @@ std::optional<Tick> TickOfSnapshot(const net::Event& event) {
   return header.tick;
 }
 
-// The tick of the oldest snapshot of each peer that is still worth reading: of those that arrived together the newest,
-// over so many ticks. One that is passed over is as good as lost: it is not acknowledged, and what it alone would have
-// said comes with a later one.
-std::map<net::PeerHandle, Tick> OldestToRead(const std::vector<net::Event>& arrived, std::int64_t ticks) {
-  std::map<net::PeerHandle, Tick> oldest;
+// The snapshots of a peer that are worth reading, by their ticks. An older one is passed over, which is as good as
+// lost: it is not acknowledged, and what it alone would have said comes with a later one. A newer one is kept for the
+// next poll.
+struct WorthReading {
+  Tick oldest, newest;
+};
+
+// The newest of those that arrived together, over so many ticks. A single one is to be complete: else bodies whose
+// records come last, as players' do after those of a scene, would be missing time and again. If it has fewer datagrams
+// than another one, some may be on their way, or wait for the next poll, or have not fit into the socket's buffer.
+std::map<net::PeerHandle, WorthReading> FindWorthReading(const std::vector<net::Event>& arrived, std::int64_t ticks) {
+  std::map<net::PeerHandle, std::map<Tick, std::size_t>> datagrams;
   for (const net::Event& event : arrived) {
-    if (const auto tick = TickOfSnapshot(event)) {
-      Tick& newest = oldest[event.peer];
-      newest = std::max(newest, *tick);
-    }
+    if (const auto tick = TickOfSnapshot(event)) ++datagrams[event.peer][*tick];
   }
-  for (auto& [peer, tick] : oldest) tick = Tick(tick.value() - std::min<std::uint64_t>(tick.value(), ticks));
-  return oldest;
+  std::map<net::PeerHandle, WorthReading> worth;
+  for (const auto& [peer, counts] : datagrams) {
+    auto last = std::prev(counts.end());
+    const auto has_more = [&](const auto& other) { return other.second > last->second; };
+    if (ticks == 0 && std::ranges::any_of(counts, has_more)) --last;
+    const std::uint64_t newest = last->first.value();
+    worth[peer] = {Tick(newest - std::min<std::uint64_t>(newest, ticks)), last->first};
+  }
+  return worth;
 }
 
 // Whether no region owns the body, so none sends it.
@@ -97,18 +114,29 @@ std::optional<MeetingPoint> MeetingPointOf(const replication::PairChange& change
 }  // namespace
 
 void Client::Impl::Receive(TimePoint now) {
-  const std::vector<net::Event> arrived = network.Service(now);
+  std::vector<net::Event> arrived = network.Service(now);
   const bool late = since_last_poll > kLatePoll || std::exchange(behind, false);
   behind = arrived.size() >= kDatagramsAPoll;  // and more waits
+  figures.Work(kUnitsToReceive * std::ssize(arrived));
+  arrived.insert(arrived.begin(), std::make_move_iterator(kept.begin()), std::make_move_iterator(kept.end()));
+  kept.clear();
   const auto interval = static_cast<std::int64_t>(session.tick_rate_hz / session.snapshot_rate_hz);
-  const std::map<net::PeerHandle, Tick> worth_reading =
-      OldestToRead(arrived, ((late ? kSnapshotsALatePoll : kSnapshotsAPoll) - 1) * interval);
-  for (const net::Event& event : arrived) {
-    figures.Work(kUnitsToReceive);
+  const std::map<net::PeerHandle, WorthReading> worth_reading =
+      FindWorthReading(arrived, ((late ? kSnapshotsALatePoll : kSnapshotsAPoll) - 1) * interval);
+  std::set<net::PeerHandle> keeps;
+  for (net::Event& event : arrived) {
     RegionConnection* connection = regions.Of(event.peer);
     if (connection == nullptr) continue;  // dropped earlier in this very batch
-    if (const auto tick = TickOfSnapshot(event); tick && *tick < worth_reading.at(event.peer)) {
-      connection->PassOver();
+    if (const auto tick = TickOfSnapshot(event)) {
+      const WorthReading& worth = worth_reading.at(event.peer);
+      if (*tick < worth.oldest) {
+        connection->PassOver();
+        continue;
+      }
+      if (*tick > worth.newest) keeps.insert(event.peer);
+    }
+    if (IsDatagram(event) && keeps.contains(event.peer)) {  // with those that belong to it
+      kept.push_back(std::move(event));
       continue;
     }
     OnEvent(now, *connection, event);
