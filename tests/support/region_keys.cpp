@@ -110,6 +110,12 @@ Knock KnockAt(const v1::RegionStatus& status, bool at_link_port) {
           .region = RegionId(status.region())};
 }
 
+// A region whose worker has just begun has no ports yet, at which anybody could knock.
+bool Listens(const v1::RegionStatus& status) {
+  const v1::RegionAddress& address = status.report().address();
+  return address.link_port() != 0 && address.game_port() != 0;
+}
+
 }  // namespace
 
 absl::StatusOr<RegionKeys> TakeRegionKeys(const v1::WorkerReport& report, const net::VerificationKey& instance_key) {
@@ -151,7 +157,7 @@ std::vector<Knock> LinkKnocks(const std::vector<RegionKeys>& keys, const Regions
   std::vector<Knock> knocks;
   for (const RegionKeys& held : keys) {
     for (const v1::RegionStatus& status : regions) {
-      if (RegionId(status.region()) <= held.region) continue;
+      if (RegionId(status.region()) <= held.region || !Listens(status)) continue;
       knocks.push_back(KnockAt(status, true));
       knocks.back().credentials = held.credentials;
       knocks.back().hello = HelloOf(held);
@@ -172,6 +178,7 @@ std::vector<Knock> ForgedKnocks(const std::vector<RegionKeys>& keys, const Regio
                                                                   .key = held.credentials.key.verification_key()},
                                            held.credentials.key);
     for (const v1::RegionStatus& status : regions) {
+      if (!Listens(status)) continue;
       knocks.push_back(KnockAt(status, true));
       knocks.back().credentials = next.credentials;
       knocks.back().hello = HelloOf(next);
