@@ -77,6 +77,7 @@ HealthFaults HealthWatch::Look(const InstanceEntry& instance, Now now) {
   Watched& watched = watched_[instance.number];
   const Steady unseen = watched.looked_at.count() == 0 ? Steady(0) : now.steady - watched.looked_at;
   if (unseen > kOwnPause) Forgive(watched, unseen);
+  const Steady passed = unseen > kOwnPause ? Steady(0) : unseen;
   watched.looked_at = now.steady;
   std::map<std::uint64_t, Region> before = std::exchange(watched.regions, {});
   HealthFaults faults;
@@ -87,7 +88,7 @@ HealthFaults HealthWatch::Look(const InstanceEntry& instance, Now now) {
     region = known == before.end() ? Region{.stepped_at = now.steady} : known->second;
     LookAtRegion(instance, i, region, faults, now);
   }
-  LookAtLinks(instance, watched, faults, now);
+  LookAtLinks(instance, watched, passed, faults, now);
   return faults;
 }
 
@@ -145,7 +146,10 @@ void HealthWatch::LookAtRegion(const InstanceEntry& instance, std::size_t index,
                    standby == 0 ? why : absl::StrCat("its standby, ", NameOfRegion(instance, standby), ", ", why)));
 }
 
-void HealthWatch::LookAtLinks(const InstanceEntry& instance, Watched& watched, HealthFaults& faults, Now now) const {
+// A region that stands for want of a lease says nothing to its neighbours, whose reports do not list it then. It is
+// reported as one that stands, and nothing follows about its links: that time does not count.
+void HealthWatch::LookAtLinks(const InstanceEntry& instance, Watched& watched, Steady passed, HealthFaults& faults,
+                              Now now) const {
   std::map<std::uint32_t, const WorkerEntry*> workers;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
     if (Counts(instance, i)) workers[instance.workers[i].region] = &instance.workers[i];
@@ -159,7 +163,9 @@ void HealthWatch::LookAtLinks(const InstanceEntry& instance, Watched& watched, H
       if (Linked(*worker, neighbor.value()) && Linked(*other->second, id)) continue;
       const std::pair pair(id, neighbor.value());
       const auto known = before.find(pair);
-      const Steady since = watched.cut_since[pair] = known == before.end() ? now.steady : known->second;
+      const bool stands = worker->report.paused() || other->second->report.paused();
+      const Steady since = watched.cut_since[pair] =
+          known == before.end() ? now.steady : known->second + (stands ? passed : Steady(0));
       if (now.steady - since > kCutAfter) faults.cut.push_back({pair.first, pair.second, since});
     }
   }

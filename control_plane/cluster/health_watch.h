@@ -4,7 +4,8 @@
 //   still       a region that has not made a step, or is not known to, for kStillAfter
 //   unknown     a region of which no step is known for kNotKnownAfter and none was since this control plane began: two
 //               reports have to show it, its worker's, or its standby's while its agent has not been heard
-//   cut         two neighbours without a link for kCutAfter
+//   cut         two neighbours without a link for kCutAfter, or with one over which nothing comes to one of them; while
+//               one has no lease that time does not count
 //
 // A world of one region has no standby by its nature, and is not uncovered. Faults of hosts that are lost, and of
 // workers that have ended, are reported elsewhere. Time in which nobody looked proves nothing: it does not count.
@@ -58,7 +59,7 @@ class HealthWatch {
   static void Forgive(Watched& watched, Steady unseen);
   void LookAtRegion(const InstanceEntry& instance, std::size_t index, Region& region, HealthFaults& faults,
                     Now now) const;
-  void LookAtLinks(const InstanceEntry& instance, Watched& watched, HealthFaults& faults, Now now) const;
+  void LookAtLinks(const InstanceEntry& instance, Watched& watched, Steady passed, HealthFaults& faults, Now now) const;
   bool Counts(const InstanceEntry& instance, std::size_t index) const;
   bool Unheard(const InstanceEntry& instance, std::size_t index) const;
   bool Looks(const InstanceEntry& instance, std::size_t index) const;

@@ -13,6 +13,7 @@ using std::chrono::seconds;
 using ::testing::ElementsAre;
 using ::testing::Field;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 // Two regions on two hosts, each the other's standby, whose workers step and hear each other unless a test says not.
 class HealthWatchTest : public ::testing::Test {
@@ -155,6 +156,25 @@ TEST_F(HealthWatchTest, NeighboursWithoutALinkAreNamed) {
   EXPECT_THAT(faults.cut, ElementsAre(AllOf(Field(&CutLink::one, 1U), Field(&CutLink::other, 2U),
                                             Field(&CutLink::since, rig_.now.steady - milliseconds(5100)))));
   EXPECT_EQ(faults.Text(), "regions 1 and 2 have no link");
+}
+
+TEST_F(HealthWatchTest, NeighboursThatHearEachOtherInBetweenAreNotNamed) {
+  for (int i = 0; i < 5; ++i) {
+    instance_.workers[1].report.clear_linked_regions();
+    EXPECT_EQ(Pass(seconds(4)).Text(), "");
+    instance_.workers[1].report.add_linked_regions(1);
+    EXPECT_EQ(Pass(milliseconds(100)).Text(), "");
+  }
+}
+
+TEST_F(HealthWatchTest, ARegionWithoutALeaseIsNotCutFromNeighboursThatHearNothingOfIt) {
+  instance_.workers[1].report.clear_linked_regions();
+  EXPECT_THAT(Pass(seconds(3)).cut, IsEmpty());
+  instance_.workers[0].report.set_paused(true);
+  EXPECT_THAT(Pass(seconds(20)).cut, IsEmpty());
+  instance_.workers[0].report.set_paused(false);
+  EXPECT_THAT(Pass(milliseconds(1900)).cut, IsEmpty()) << "with the 3 s before it";
+  EXPECT_THAT(Pass(milliseconds(400)).cut, SizeIs(1)) << "that heard nothing all the time";
 }
 
 TEST_F(HealthWatchTest, TimeInWhichNobodyLookedProvesNothing) {
