@@ -1,6 +1,7 @@
 #include "region_worker/core/region_run.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -139,10 +140,28 @@ std::optional<std::uint64_t> RegionRun::AskForLease(TimePoint now, const LinkTab
 bool RegionRun::Advance(TimePoint now, LinkTable& links, Actions& actions) {
   standby_log_.Follow(links, now, ticks_.region(), actions);
   copies_.Expire(now);
+  WatchSilence(now, links);
   FollowClock(now, links, actions);
   if (MayStep(now, actions)) return true;
   if (!paused_) ticks_.Watch(now, MayGiveUp(), links, actions);
   return false;
+}
+
+// Before it runs, and while it is to join or is left out, the others need not answer it.
+void RegionRun::WatchSilence(TimePoint now, const LinkTable& links) {
+  if (!silent_links_.Due(now)) return;
+  std::vector<RegionId> closed;
+  if (ticks_.running() && !left_out_ && (!joins_ || ticks_.stepped())) {
+    std::ranges::copy_if(region().neighbors(), std::back_inserter(closed),
+                         [this](RegionId neighbor) { return !region().IsLinkUp(neighbor); });
+  }
+  silent_links_.Look(closed, links, now);
+}
+
+std::vector<RegionId> RegionRun::HeardLinks(const LinkTable& links) const {
+  std::vector<RegionId> heard = links.Linked();
+  std::erase_if(heard, [&](RegionId region) { return silent_links_.Is(region, links); });
+  return heard;
 }
 
 // In a paused world a new standby gets its copy, although no step makes a log.

@@ -7,7 +7,7 @@
 //   each order: run.Follow(order, now, links, actions);
 //   each round: if (run.Advance(now, links, actions)) { run.Step(now, observer, links, actions); run.StepEnded(...); }
 //
-// It has 44 methods, of which some twenty let others read its parts.
+// It has 45 methods, of which some twenty let others read its parts.
 //
 // Every part owns its state and is passed the region; what goes out are actions. Links outlive it. Thread rule: one
 // thread.
@@ -33,6 +33,7 @@
 #include "region_worker/core/player_roster.h"
 #include "region_worker/core/property_orders.h"
 #include "region_worker/core/run_statistics.h"
+#include "region_worker/core/silent_links.h"
 #include "region_worker/core/standby_copies.h"
 #include "region_worker/core/standby_log.h"
 #include "region_worker/core/tick_driver.h"
@@ -107,6 +108,8 @@ class RegionRun {
   MapVersion refused() const { return maps_.refused(); }
   bool paused() const { return paused_; }  // no lease: nothing is stepped, and nothing sent
   const WorldClock& clock() const { return clock_; }
+  // Regions to which a link stands, without neighbours from which nothing comes over it. Ascending.
+  std::vector<RegionId> HeardLinks(const LinkTable& links) const;
   // It steps, as far as it knows, unless the world is paused: it holds its lease, is in its map, and no failover is
   // under way.
   bool Moves(TimePoint now) const;
@@ -114,6 +117,7 @@ class RegionRun {
  private:
   bool MayStep(TimePoint now, Actions& actions);
   bool MayGiveUp() const;
+  void WatchSilence(TimePoint now, const LinkTable& links);
   void FollowClock(TimePoint now, const LinkTable& links, Actions& actions);
   absl::Status FollowFailover(const Order& order, TimePoint now, LinkTable& links, Actions& actions);
   absl::Status Resume(const region::Resolution& resolution, TimePoint now, LinkTable& links, Actions& actions);
@@ -122,6 +126,7 @@ class RegionRun {
 
   std::uint32_t tick_rate_hz_;
   TickDriver ticks_;
+  SilentLinks silent_links_;
   StandbyLog standby_log_;
   StandbyCopies copies_;
   MapFollower maps_;

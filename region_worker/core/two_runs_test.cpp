@@ -11,6 +11,8 @@ namespace tessera::worker {
 namespace {
 
 using ::testing::Each;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 class TwoRunsTest : public ::testing::Test {
  protected:
@@ -54,6 +56,25 @@ class TwoRunsTest : public ::testing::Test {
     now += sides[0].run->ticks().tick_length();
     for (Side& side : sides) Step(side, now);
     Deliver();
+  }
+  // Both run, in step.
+  void Begin() {
+    one.Build(ConfigOf(1, 2));
+    two.Build(ConfigOf(2, 2));
+    LinkUp();
+    for (Side& side : sides) side.run->Run(now, side.actions);
+    for (int round = 0; round < 20; ++round) Round();
+    for (const Side& side : sides) EXPECT_THAT(side.run->HeardLinks(side.links), SizeIs(1));
+  }
+  // For so long what the one, or the other, sends is lost.
+  void Cut(Duration span, bool of_one, bool of_two) {
+    for (const TimePoint end = now + span; now < end;) {
+      now += one.run->ticks().tick_length();
+      for (Side& side : sides) Step(side, now);
+      if (of_one) one.actions.clear();
+      if (of_two) two.actions.clear();
+      Deliver();
+    }
   }
   std::vector<std::uint64_t> Ticks() const {
     return {sides[0].run->region().tick().value(), sides[1].run->region().tick().value()};
@@ -120,6 +141,38 @@ TEST_F(TwoRunsTest, ARegionThatIsBuiltAnewIsHeardFromTheFirstFrameOfItsNewBeginn
   EXPECT_GT(two.run->region().tick(), Tick(60));
   EXPECT_EQ(one.run->region().map().version(), MapVersion(3));
   for (const Side& side : sides) EXPECT_EQ(side.run->ticks().links_down(), 0U);
+}
+
+// Frames are lost without a word, as the transport loses them until it gives the peer up.
+TEST_F(TwoRunsTest, OverALinkThatIsCutNothingIsHeardAfterASecondAndBothGoOn) {
+  Begin();
+  Cut(std::chrono::seconds(2), true, true);
+  for (const Side& side : sides) {
+    EXPECT_THAT(side.run->HeardLinks(side.links), IsEmpty());
+    EXPECT_THAT(side.links.Linked(), SizeIs(1)) << "and it is sent to as before";
+    EXPECT_EQ(side.run->ticks().links_down(), 1U);
+    EXPECT_GT(side.run->region().tick(), Tick(100));
+  }
+  for (int round = 0; round < 6; ++round) Round();  // in one of which each asks to open the border
+  for (const Side& side : sides) EXPECT_THAT(side.run->HeardLinks(side.links), SizeIs(1));
+  for (int round = 0; round < 60; ++round) Round();
+  for (Side& side : sides) EXPECT_TRUE(side.run->region().IsLinkUp(Other(side).self));
+}
+
+TEST_F(TwoRunsTest, WhereOneIsNotHeardItHearsTheOtherStill) {
+  Begin();
+  Cut(std::chrono::seconds(2), true, false);
+  EXPECT_THAT(one.run->HeardLinks(one.links), SizeIs(1));
+  EXPECT_THAT(two.run->HeardLinks(two.links), IsEmpty());
+}
+
+TEST_F(TwoRunsTest, AShortSilenceClosesTheBorderAndNoMore) {
+  Begin();
+  Cut(std::chrono::milliseconds(700), true, true);
+  for (Side& side : sides) {
+    EXPECT_FALSE(side.run->region().IsLinkUp(Other(side).self));
+    EXPECT_THAT(side.run->HeardLinks(side.links), SizeIs(1));
+  }
 }
 
 }  // namespace

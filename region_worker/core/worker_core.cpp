@@ -431,7 +431,7 @@ void WorkerCore::KeepLease(TimePoint now) {
 ReportedState WorkerCore::State() const {
   ReportedState state = {.phase = phase_,
                          .order_revision = order_.revision,
-                         .linked = links_.Linked(),
+                         .linked = run_ ? run_->HeardLinks(links_) : links_.Linked(),
                          .players = connected_,
                          .failure = failure_,
                          .checkpoint_tick = checkpoints_.tick(),

@@ -151,6 +151,38 @@ TEST_F(WorkerCoreTest, AChangeOfStateIsReportedAtOnceAndOtherwiseFromTimeToTime)
   EXPECT_THAT(AllOf<SendReport>(Advance()), SizeIs(1));
 }
 
+TEST_F(WorkerCoreTest, ANeighbourThatSaysNothingForASecondIsReportedAsNotLinkedUntilItIsHeard) {
+  *order.mutable_map() = ToProto(*MakeGridMap(scene->ground(), 2));
+  v1::RegionAddress& peer = *order.add_peers();
+  peer.set_region(kSecond.value());
+  peer.set_incarnation(7);
+  peer.set_host("127.0.0.1");
+  peer.set_link_port(7001);
+  order.set_run(true);
+  TakeOrder();
+  Load();
+  core.LinkUp(kSecond, Incarnation(7), now);
+  EXPECT_EQ(ReportIn(Advance()).linked_regions_size(), 1);
+  const LinkTable::LinkNumber link = core.links().LinkTo(kSecond);
+  const auto until_linked = [&](int neighbours) {
+    const TimePoint since = now;
+    while (now - since < std::chrono::seconds(5)) {
+      const auto reports = AllOf<SendReport>(Advance());
+      if (!reports.empty() && reports.back().report.linked_regions_size() == neighbours) break;
+    }
+    return now - since;
+  };
+  const Duration silent = until_linked(0);
+  EXPECT_GE(silent, std::chrono::milliseconds(950));
+  EXPECT_LE(silent, std::chrono::milliseconds(1300));
+  EXPECT_EQ(core.phase(), v1::WORKER_PHASE_RUNNING);
+  EXPECT_EQ(core.links().LinkTo(kSecond), link) << "which stands as long as its transport says so";
+  LinkMessage alive;
+  alive.kind = LinkMessageKind::kAlive;
+  core.Receive(kSecond, alive, now);
+  EXPECT_EQ(until_linked(1), std::chrono::milliseconds(20)) << "at once";
+}
+
 TEST_F(WorkerCoreTest, ASceneThatCannotBeReadEndsItWithAReason) {
   TakeOrder();
   core.SceneLoaded(absl::NotFoundError("scene.json: no such file"), now);
