@@ -17,6 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr Micros kUntilMoved = Milliseconds(10'000);  // kCutAfter and the default of --move-cut-after
+constexpr Micros kTransportGivesUp = Milliseconds(7000);
 
 class CutLinkTest : public QuietTest {};
 
@@ -31,6 +32,7 @@ struct CutWorld : DeployedWorld {
   }
   void Cut(std::uint32_t one, std::uint32_t other, bool cut = true) {
     deployment.network().Cut(deployment.Find(RegionId(one))->node(), deployment.Find(RegionId(other))->node(), cut);
+    cut_at = deployment.timeline().now();
   }
   // Two regions on different hosts.
   std::pair<std::uint32_t, std::uint32_t> Apart() {
@@ -40,6 +42,7 @@ struct CutWorld : DeployedWorld {
     ADD_FAILURE() << "all on one host";
     return {1, 2};
   }
+  Micros SinceCut() const { return deployment.timeline().now() - cut_at; }
   std::uint32_t PlaceOf(std::uint32_t region) { return deployment.Find(RegionId(region))->place(); }
   // Workers that ran when the link was cut, and run still.
   std::size_t Remaining() {
@@ -68,6 +71,7 @@ struct CutWorld : DeployedWorld {
   }
 
   std::set<Node> first;
+  Micros cut_at = 0;
 };
 
 // Each is the other's only standby, so while the link is cut nobody has a copy of either.
@@ -92,6 +96,45 @@ TEST_F(CutLinkTest, OfTwoRegionsOneGoesToAThirdHostAndNothingIsLostOrDoubled) {
     run.ExpectWhole();
     if (HasFailure()) FAIL() << run.deployment.Standing();
   }
+}
+
+// As ENet, which gives a peer up after five to ten seconds: workers notice the silence themselves.
+TEST_F(CutLinkTest, ALinkThatTheTransportGivesUpLateIsNamedAndRoutedAroundAsSoon) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    CutWorld run({.seed = seed, .hosts = 3, .regions = 2});
+    run.deployment.network().set_break_after(kTransportGivesUp);
+    run.Cut(1, 2);
+    EXPECT_TRUE(run.deployment.RunUntil(Milliseconds(10'000), [&] { return run.IsDegraded(); }));
+    const Micros named = run.SinceCut();
+    EXPECT_GE(named, Milliseconds(5500));
+    EXPECT_LE(named, Milliseconds(7000));
+    EXPECT_THAT(run.deployment.instance().reason(), HasSubstr("regions 1 and 2 have no link"));
+    EXPECT_TRUE(run.deployment.RunUntil(Milliseconds(18'400) - named, [&] {
+      return run.Remaining() == 1 && run.deployment.Calm();
+    })) << run.deployment.Standing();
+    EXPECT_EQ(run.EventsWith("moving region "), 1U);
+    run.ExpectStepsInOnePiece();
+    run.ExpectWhole();
+    if (HasFailure()) FAIL() << run.deployment.Standing();
+  }
+}
+
+// The transport keeps the connection, and brings what it could not bring meanwhile.
+TEST_F(CutLinkTest, ASilenceThatEndsBeforeTheTransportNoticesIsNoFault) {
+  CutWorld run({.hosts = 3, .regions = 4});
+  run.deployment.network().set_break_after(kTransportGivesUp);
+  const auto [one, other] = run.Apart();
+  for (int i = 0; i < 3; ++i) {
+    run.Cut(one, other);
+    run.deployment.RunFor(Milliseconds(4000));
+    run.Cut(one, other, false);
+    EXPECT_FALSE(run.deployment.RunUntil(Milliseconds(2000), [&] { return run.IsDegraded(); }));
+  }
+  EXPECT_EQ(run.Remaining(), 4U);
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.ExpectStepsInOnePiece();
+  run.ExpectWhole();
 }
 
 // The planned move alone is enough then.

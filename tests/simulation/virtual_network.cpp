@@ -28,7 +28,7 @@ void VirtualNetwork::Leave(Node node) {
   for (const auto& [ends, connection] : connections_) {
     if (!connection.up || (ends.first != node && ends.second != node)) continue;
     const std::uint64_t session = connection.session;
-    timeline_.In(kBreakAfter, [this, ends = ends, session] {
+    timeline_.In(break_after_, [this, ends = ends, session] {
       if (Session(ends.first, ends.second) == session) Break(ends.first, ends.second);
     });
   }
@@ -188,7 +188,7 @@ void VirtualNetwork::Transmit(const Packet& packet) {
     if (!Current(packet) || Acknowledged(packet) || !Joined(packet.from)) return;
     InProcess(packet.from, [this, packet] {
       if (!Current(packet) || Acknowledged(packet)) return;
-      if (timeline_.now() - packet.first_sent >= kBreakAfter) return Break(packet.from, packet.to);
+      if (timeline_.now() - packet.first_sent >= break_after_) return Break(packet.from, packet.to);
       ++totals_.resent;
       Packet again = packet;
       again.resend_after = std::min(packet.resend_after * 2, kMaxResendAfter);

@@ -3,7 +3,7 @@
 // ordered and break when nothing comes through, and datagrams.
 //
 // A reliable message is a packet that is sent again until it has come through; the receiver puts packets in order and
-// drops those that it has. A connection on which a packet stays unheard for kBreakAfter ends for both, loses what was
+// drops those that it has. A connection on which a packet stays unheard for break_after ends for both, loses what was
 // on its way, and is dialled again.
 //
 //   VirtualNetwork network(timeline, seed);
@@ -49,7 +49,7 @@ class VirtualNetwork {
  public:
   static constexpr Micros kResendAfter = Milliseconds(30);  // at first; doubles
   static constexpr Micros kMaxResendAfter = Milliseconds(120);
-  static constexpr Micros kBreakAfter = Milliseconds(1200);
+  static constexpr Micros kBreakAfter = Milliseconds(1200);  // unless it is set
   static constexpr Micros kRedialAfter = Milliseconds(20);
 
   struct Process {
@@ -76,6 +76,7 @@ class VirtualNetwork {
 
   // --- Faults.
   PacketConditions& conditions() { return conditions_; }
+  void set_break_after(Micros time) { break_after_ = time; }
   void Cut(Node a, Node b, bool cut);  // no packet passes
   // None passes from the one to the other. A connection ends when the sender hears no acknowledgement, or is not heard.
   void CutOneWay(Node from, Node to, bool cut);
@@ -136,6 +137,7 @@ class VirtualNetwork {
   Timeline& timeline_;
   Chance chance_;
   PacketConditions conditions_;
+  Micros break_after_ = kBreakAfter;
   std::map<Node, NodeState> nodes_;
   std::map<Ends, Connection> connections_;
   std::set<Ends> cuts_;
