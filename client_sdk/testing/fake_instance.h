@@ -75,7 +75,7 @@ class FakeRegion {
   std::uint32_t last_event = 0;                   // that the client says to have
   double drop_share = 0;                          // share of snapshot datagrams; every n-th
   bool drops_last = false;                        // datagram of each snapshot
-  replication::ClientView view;                   // of each client
+  replication::ClientView view;                   // each client's
   std::optional<std::uint32_t> applied;           // last, as snapshots say; nothing: the newest that came
   // The scene, for those who ask: so many bytes a chunk, and chunks until it falls silent.
   std::size_t scene_chunk_bytes = replication::kMaxSceneChunkBytes;

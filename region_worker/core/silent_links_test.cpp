@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "region_worker/testing/regions.h"
+#include "region_worker/testing/small_world.h"
 
 namespace tessera::worker {
 namespace {
