@@ -78,6 +78,7 @@ TEST_F(WatchedWorldTest, NotesTwentyCorrectionsASecondAndOnlyWhileItIsRecorded) 
     }
   }
   std::vector<std::string> expected;
+  expected.reserve(21);
   for (int i = 0; i < 20; ++i) {
     expected.push_back("player 3: prediction corrected by 0.5 m: correction " + std::to_string(i));
   }
