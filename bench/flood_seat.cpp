@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "client_sdk/control_session.h"
@@ -29,17 +30,31 @@ constexpr std::size_t kMaxFloodSays = 4096;
 
 volatile std::sig_atomic_t flood_is_over = 0;
 
-std::uint64_t FloodWithHellos(std::uint16_t port) {
+std::uint64_t FloodWithHellos(std::uint16_t port, const net::Knock& knock) {
   net::SpoofedFlood flood(kStrangersAddresses);
   const auto begin = FloodClock::now();
   for (std::uint32_t sent = 0; flood_is_over == 0;) {
     const double passed_s = std::chrono::duration<double>(FloodClock::now() - begin).count();
     const auto due = static_cast<std::uint32_t>(passed_s * kHellosPerSecond);
-    for (; sent < due && flood_is_over == 0; ++sent) flood.Send(port, net::BlindHello(sent));
+    for (; sent < due && flood_is_over == 0; ++sent) flood.Send(port, net::BlindHello(sent, knock));
     flood.Drain();
     std::this_thread::sleep_for(milliseconds(1));
   }
   return flood.datagrams();
+}
+
+client::JoinCall FloodersCall(const std::string& instance) {
+  client::JoinCall call{.instance_id = instance, .player_name = "flood", .ticket = {}, .returning = {}};
+  call.deadline = milliseconds(10'000);
+  return call;
+}
+
+// What each hello of a player of the instance begins its nonce with.
+std::optional<net::Knock> OverheardKnock(const std::string& control, const std::string& instance) {
+  const auto session = client::JoinInstance(control, FloodersCall(instance));
+  if (!session.ok()) return std::nullopt;
+  (void)client::LeaveInstance(control, instance, session->credentials, milliseconds(5000));
+  return net::KnockOf(session->credentials.instance_key);
 }
 
 // A player joins, connects to the first region, and sends what is no input as fast as it can. Thrown out, it ends, and
@@ -48,9 +63,7 @@ std::uint64_t FloodAsPlayer(const std::string& control, const std::string& insta
   std::uint64_t sent = 0;
   const std::vector<std::uint8_t> junk(100, 0x55);
   while (flood_is_over == 0) {
-    client::JoinCall call{.instance_id = instance, .player_name = "flood", .ticket = {}, .returning = {}};
-    call.deadline = milliseconds(10'000);
-    const auto session = client::JoinInstance(control, call);
+    const auto session = client::JoinInstance(control, FloodersCall(instance));
     auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1", .max_peers = 2});
     if (!session.ok() || !endpoint.ok()) break;
     const client::RegionEndpoint& region = session->regions.front();
@@ -85,13 +98,20 @@ std::vector<std::string> FloodCommand(const FloodSeat& seat) {
 }  // namespace
 
 int FloodFromSeat(const FloodSeat& seat) {
-  if (seat.kind != "hellos" && seat.kind != "player") return 2;
+  if (seat.kind != "hellos" && seat.kind != "overheard" && seat.kind != "player") return 2;
   const sched_param lowest{};
   if (sched_setscheduler(0, SCHED_IDLE, &lowest) != 0) return 1;  // before there is another thread
   std::signal(SIGTERM, [](int) { flood_is_over = 1; });
   const auto begin = FloodClock::now();
-  const std::uint64_t sent =
-      seat.kind == "hellos" ? FloodWithHellos(seat.port) : FloodAsPlayer(seat.control, seat.instance);
+  std::uint64_t sent = 0;
+  if (seat.kind == "player") {
+    sent = FloodAsPlayer(seat.control, seat.instance);
+  } else {
+    const bool strangers = seat.kind == "hellos";
+    const auto knock = strangers ? net::Knock{} : OverheardKnock(seat.control, seat.instance);
+    if (!knock) return 1;
+    sent = FloodWithHellos(seat.port, *knock);
+  }
   if (flood_is_over == 0) return 1;
   std::cout << static_cast<double>(sent) / std::chrono::duration<double>(FloodClock::now() - begin).count() << "\n";
   return 0;

@@ -17,7 +17,8 @@
 namespace tessera::bench {
 
 struct FloodSeat {
-  std::string kind;  // "hellos" of strangers to `port`, or "player" of the instance
+  // "hellos" of strangers to `port`, "overheard": hellos by one who has seen a player's, or "player" of the instance.
+  std::string kind;
   std::uint16_t port = 0;
   std::string control, instance;
 };

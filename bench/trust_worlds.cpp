@@ -105,6 +105,8 @@ absl::Status RunFloodedTicks(const TrustSize& size, Report& report) {
   const std::vector<std::pair<std::string, FloodSeat>> floods = {
       {"hellos", {.kind = "hellos", .port = port, .control = "none", .instance = "none"}},
       {"elsewhere", {.kind = "hellos", .port = unread.port(), .control = "none", .instance = "none"}},
+      {"overheard",
+       {.kind = "overheard", .port = port, .control = run.cluster().control_address(), .instance = run.instance_id()}},
       {"player",
        {.kind = "player", .port = port, .control = run.cluster().control_address(), .instance = run.instance_id()}}};
   MeasureTicks(run, metrics, size.span_s, {});  // bodies are on their way

@@ -49,7 +49,10 @@ Acceptor::Acceptor(const AcceptorLimits& limits)
 
 Acceptor::~Acceptor() = default;
 
-void Acceptor::Open(EndpointIdentity identity) { identity_ = std::move(identity); }
+void Acceptor::Open(EndpointIdentity identity) {
+  knock_ = KnockOf(identity.instance_key);
+  identity_ = std::move(identity);
+}
 void Acceptor::Close(std::string why) { closed_because_ = std::move(why); }
 
 // --- Sessions
@@ -113,7 +116,11 @@ Acceptor::Received Acceptor::Receive(TimePoint now, const Address& from, std::sp
   if (kind == DatagramKind::kSealed || kind == DatagramKind::kDirect) return OnSealed(now, from, datagram);
   stats_.bytes_from_unproven += datagram.size();
   const bool is_hello = kind == DatagramKind::kHello, is_login = kind == DatagramKind::kLogin;
-  ++(is_hello ? unproven_.hellos : is_login ? unproven_.logins : unproven_.others);
+  if (is_hello) {
+    ++(IsStrangers(datagram) ? unproven_.strangers : unproven_.hellos);
+  } else {
+    ++(is_login ? unproven_.logins : unproven_.others);
+  }
   switch (kind) {
     case DatagramKind::kHello:
       return OnHello(now, from, datagram);
@@ -165,14 +172,23 @@ Acceptor::Received Acceptor::OnSealed(TimePoint now, const Address& from, std::s
           .bytes = *payload};
 }
 
+// As the kernel's filter sees it, whatever else is wrong with it.
+bool Acceptor::IsStrangers(std::span<const std::uint8_t> hello) const {
+  return !identity_ || hello.size() < kKnockAt + knock_.size() ||
+         !std::equal(knock_.begin(), knock_.end(), hello.begin() + kKnockAt);
+}
+
 Acceptor::Received Acceptor::OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
   const std::optional<Hello> hello = ReadHello(bytes);
   if (!identity_ || !hello) {
     ++stats_.unknown;
     return {};
   }
-  if (!hello_shares_->Take(now, HashOf(AsBytes(from.host)), limits_.hellos_of_an_address) ||
-      !hellos_.Take(now, limits_.hellos)) {
+  // In this order strangers take nothing of the shares of others.
+  const bool strangers = !HasKnock(hello->nonce, knock_);
+  if ((strangers && !strangers_.Take(now, limits_.strangers_hellos)) ||
+      !hello_shares_->Take(now, HashOf(AsBytes(from.host)), limits_.hellos_of_an_address) ||
+      (!strangers && !hellos_.Take(now, limits_.hellos))) {
     ++stats_.hellos_limited;
     return {};
   }

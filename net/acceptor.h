@@ -75,7 +75,8 @@ struct AcceptorLimits {
   // Accepted sessions of one player: the connection in use, earlier ones that fade, one that begins.
   std::size_t max_per_player = 8;
   // limits.h says why these.
-  Rate hellos = kHellos, hellos_of_an_address = kHellosOfAnAddress, logins_of_an_address = kLoginsOfAnAddress;
+  Rate hellos = kHellos, strangers_hellos = kStrangersHellos, hellos_of_an_address = kHellosOfAnAddress,
+       logins_of_an_address = kLoginsOfAnAddress;
   SessionLimits accepted{};  // for each accepted session; without limit unless set
 };
 
@@ -84,7 +85,7 @@ struct AcceptorStats {
   std::uint64_t unknown = 0;         // no datagram of this protocol, or of no session here
   std::uint64_t stale = 0;           // logins without a good cookie
   std::uint64_t limited = 0;         // logins beyond an address's share
-  std::uint64_t hellos_limited = 0;  // hellos beyond an address's share, or that of all
+  std::uint64_t hellos_limited = 0;  // hellos beyond an address's share, strangers', or that of all
   std::uint64_t held_off = 0;        // logins with a credential that was refused too often a moment ago; refused
   std::uint64_t excess = 0;          // datagrams of sessions beyond what a session may send
   std::uint64_t floods = 0;          // sessions that sent such for so long that they are to be ended
@@ -95,9 +96,9 @@ struct AcceptorStats {
   std::uint64_t bytes_from_unproven = 0, bytes_to_unproven = 0;
 };
 
-// Datagrams of the kinds that prove nothing, whatever came of them.
+// Datagrams of the kinds that prove nothing, whatever came of them. `strangers`: hellos without the instance's knock.
 struct UnprovenDatagrams {
-  std::uint64_t hellos = 0, logins = 0, others = 0;
+  std::uint64_t hellos = 0, strangers = 0, logins = 0, others = 0;
 };
 
 class AddressShares;
@@ -122,7 +123,7 @@ class Acceptor {
   explicit Acceptor(const AcceptorLimits& limits);
   ~Acceptor();
 
-  // From now on handshakes are answered; before, nothing is.
+  // From now on handshakes are answered; before, nothing is, and all hellos are strangers'.
   void Open(EndpointIdentity identity);
   // From now on logins are refused with STOPPING.
   void Close(std::string why);
@@ -196,6 +197,7 @@ class Acceptor {
   Received Refuse(Refused reason, std::uint32_t session, const Nonce& nonce, std::string detail,
                   std::size_t question_bytes);
   Received OnSealed(TimePoint now, const Address& from, std::span<std::uint8_t> datagram);
+  bool IsStrangers(std::span<const std::uint8_t> hello) const;
   Received OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
   Received OnLogin(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
   // The holder of a login's credential, and its key.
@@ -220,7 +222,8 @@ class Acceptor {
   std::optional<std::string> closed_because_;
   CookieJar cookies_;
   Secret<16> hash_key_;
-  TokenBucket hellos_;
+  Knock knock_{};  // of the instance, once it is open
+  TokenBucket hellos_, strangers_;
   std::unique_ptr<AddressShares> hello_shares_, login_shares_;
   std::unique_ptr<HeldOff> held_off_;
   std::vector<std::unique_ptr<Session>> slots_;

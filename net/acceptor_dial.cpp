@@ -1,5 +1,4 @@
 // The dialling side of an acceptor, and its timers.
-#include <sodium.h>
 
 #include <algorithm>
 
@@ -24,7 +23,7 @@ std::optional<SessionNumber> Acceptor::Dial(TimePoint now, const Address& to, Re
 }
 
 void Acceptor::SendHello(Session& session) {
-  randombytes_buf(session.nonce.data(), session.nonce.size());
+  session.nonce = MakeNonce(KnockOf(session.credentials.instance_key));
   session.incarnation.reset();
   session.ephemeral.reset();
   session.sent = Write(Hello{.protocol = kProtocolVersion, .session = session.number.value(), .nonce = session.nonce});

@@ -165,26 +165,35 @@ TEST_F(AcceptorTest, LoginsOfOneAddressAreLimited) {
 }
 
 TEST_F(AcceptorTest, HellosOfOneAddressAndOfAllAreLimited) {
-  Acceptor acceptor(
-      {.max_sessions = 8, .hellos = {.per_s = 100, .burst = 50}, .hellos_of_an_address = {.per_s = 10, .burst = 5}});
+  Acceptor acceptor({.max_sessions = 8,
+                     .hellos = {.per_s = 100, .burst = 50},
+                     .strangers_hellos = {.per_s = 30, .burst = 8},
+                     .hellos_of_an_address = {.per_s = 10, .burst = 5}});
   acceptor.Open(Identity());
-  const auto answered = [&](std::uint32_t first, std::uint32_t addresses, int each) {
+  const Nonce ours = MakeNonce(KnockOf(key_.verification_key()));
+  const auto answered = [&](std::uint32_t first, std::uint32_t addresses, int each, const Nonce& nonce) {
     int replies = 0;
     for (std::uint32_t host = first; host < first + addresses; ++host) {
       for (int i = 0; i < each; ++i) {
-        Bytes hello = Write(Hello{.protocol = kProtocolVersion, .session = 1, .nonce = {}});
+        Bytes hello = Write(Hello{.protocol = kProtocolVersion, .session = 1, .nonce = nonce});
         replies += acceptor.Receive(now_, {.host = host, .port = 9}, hello).kind == Kind::kReply ? 1 : 0;
       }
     }
     return replies;
   };
-  EXPECT_EQ(answered(1, 1, 20), 5);
-  EXPECT_EQ(answered(1'000'000, 1000, 1), 45);  // in all
-  EXPECT_EQ(acceptor.stats().hellos, 50u);
-  EXPECT_EQ(acceptor.stats().hellos_limited, 970u);
-  EXPECT_EQ(acceptor.unproven().hellos, 1020u);
+  // Strangers are answered by a share of their own, and where that is used up they take nothing of any address's.
+  EXPECT_EQ(answered(1, 1, 5, {}), 5);
+  EXPECT_EQ(answered(2, 1, 20, {}), 3);
+  EXPECT_EQ(answered(2, 1, 20, ours), 2);
+  EXPECT_EQ(acceptor.unproven().strangers, 25u);
+  EXPECT_EQ(answered(3, 1, 20, ours), 5);
+  EXPECT_EQ(answered(1'000'000, 1000, 1, ours), 43);  // in all
+  EXPECT_EQ(acceptor.stats().hellos, 58u);
+  EXPECT_EQ(acceptor.stats().hellos_limited, 1007u);
+  EXPECT_EQ(acceptor.unproven().hellos, 1040u);
   now_ += milliseconds(100);
-  EXPECT_EQ(answered(2'000'000, 1000, 1), 10);
+  EXPECT_EQ(answered(2'000'000, 1000, 1, ours), 10);
+  EXPECT_EQ(answered(3'000'000, 1000, 1, {}), 3);
 }
 
 TEST_F(AcceptorTest, AHelloWithoutAnswerIsSaidSeveralTimesAndALoginOnce) {

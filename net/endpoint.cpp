@@ -173,7 +173,10 @@ std::uint16_t Endpoint::port() const { return impl_->port; }
 
 SystemSocket Endpoint::socket() const { return impl_->host->socket; }
 
-void Endpoint::Open(EndpointIdentity identity) { impl_->acceptor.Open(std::move(identity)); }
+void Endpoint::Open(EndpointIdentity identity) {
+  impl_->flood_filter->Open(KnockOf(identity.instance_key));
+  impl_->acceptor.Open(std::move(identity));
+}
 void Endpoint::Close(std::string why) { impl_->acceptor.Close(std::move(why)); }
 
 absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint16_t port, RegionId region,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <thread>
+#include <utility>
 
 #include "net/endpoint.h"
 #include "net/testing/endpoint_pair.h"
@@ -13,11 +14,13 @@ namespace tessera::net {
 namespace {
 
 constexpr double kFloodPerSecond = 100'000;
+constexpr int kHellosOfADial = 64;  // at most
 
 // Sends hellos from 256 addresses, as fast as 100 000 a second, in a thread of its own.
 class HelloFlood {
  public:
-  explicit HelloFlood(std::uint16_t port) : thread_([this, port] { Run(port); }) {}
+  explicit HelloFlood(std::uint16_t port, const Knock& knock = {})
+      : thread_([this, port, knock] { Run(port, knock); }) {}
   ~HelloFlood() { Stop(); }
   void Stop() {
     stopped_ = true;
@@ -26,13 +29,13 @@ class HelloFlood {
   std::uint64_t sent() const { return sent_; }
 
  private:
-  void Run(std::uint16_t port) {
+  void Run(std::uint16_t port, const Knock& knock) {
     SpoofedFlood flood(256);
     const auto begin = Clock::now();
     for (std::uint32_t number = 0; !stopped_;) {
       const double passed_s = std::chrono::duration<double>(Clock::now() - begin).count();
       for (const auto due = static_cast<std::uint32_t>(passed_s * kFloodPerSecond); number < due; ++number) {
-        flood.Send(port, BlindHello(number));
+        flood.Send(port, BlindHello(number, knock));
       }
       flood.Drain();
       sent_ = flood.datagrams();
@@ -44,42 +47,51 @@ class HelloFlood {
   std::thread thread_;
 };
 
+// Of strangers', and of one who has overheard a player's.
 TEST(EndpointLimitsTest, AnHonestPlayerComesInThroughAFloodOfHellosThatCostsLittle) {
-  EndpointPair pair({.max_peers = 16, .accepted = kPlayerLimits, .datagrams_per_service = kDatagramsPerService});
-  HelloFlood flood(pair.server->port());
-  // The flood is there, and the filter with it.
-  const std::uint64_t most_at_first = static_cast<std::uint64_t>(kHellos.burst);
-  ASSERT_TRUE(pair.Until([&] {
-    return pair.server->acceptor_stats().hellos > most_at_first && pair.server->receive_stats().kernel_dropped > 0;
-  }));
-  const auto begin = Clock::now();
-  const std::uint64_t before = pair.server->acceptor_stats().hellos;
-  bool in = false;
-  while (!in && Clock::now() - begin < 3 * kPatience) {
-    const auto peer = Dial(*pair.client, pair.server->port());
-    ASSERT_TRUE(peer.ok());
-    ASSERT_TRUE(pair.Until([&] { return !pair.at_client.empty(); }));
-    in = pair.at_client.front().kind == Event::Kind::kConnected;
-    pair.at_client.clear();
+  const Knock overheard = KnockOf(TestIdentity().instance_key);
+  for (const auto& [knock, rate] : {std::pair(Knock{}, kStrangersHellos), std::pair(overheard, kHellos)}) {
+    SCOPED_TRACE(rate.per_s);
+    EndpointPair pair({.max_peers = 16, .accepted = kPlayerLimits, .datagrams_per_service = kDatagramsPerService});
+    HelloFlood flood(pair.server->port(), knock);
+    // The flood is there, and the filter with it.
+    const auto most_at_first = static_cast<std::uint64_t>(rate.burst);
+    ASSERT_TRUE(pair.Until([&] {
+      return pair.server->acceptor_stats().hellos > most_at_first && pair.server->receive_stats().kernel_dropped > 0;
+    }));
+    const auto begin = Clock::now();
+    const std::uint64_t before = pair.server->acceptor_stats().hellos;
+    bool in = false;
+    int dials = 0;
+    for (; !in && Clock::now() - begin < 3 * kPatience; ++dials) {
+      const auto peer = Dial(*pair.client, pair.server->port());
+      ASSERT_TRUE(peer.ok());
+      ASSERT_TRUE(pair.Until([&] { return !pair.at_client.empty(); }));
+      in = pair.at_client.front().kind == Event::Kind::kConnected;
+      pair.at_client.clear();
+    }
+    EXPECT_TRUE(in);
+    if (knock != overheard) {
+      EXPECT_EQ(dials, 1) << "strangers keep nobody waiting";
+    }
+    const double span_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    const auto answered = static_cast<double>(pair.server->acceptor_stats().hellos - before);
+    EXPECT_LE(answered, rate.per_s * span_s + rate.burst + kHellosOfADial * dials);
+    const std::uint64_t all = pair.server->acceptor_stats().hellos;
+    flood.Stop();  // only then has it counted all that it sent
+    EXPECT_GT(flood.sent(), all);
+    // Once it is over all hellos pass again.
+    const std::uint64_t limited = pair.server->acceptor_stats().hellos_limited;
+    const auto quiet = Clock::now() + milliseconds(500);
+    ASSERT_TRUE(pair.Until([&] { return Clock::now() > quiet; }));
+    const std::uint64_t dropped = pair.server->receive_stats().kernel_dropped;
+    SpoofedFlood few(16);
+    for (std::uint32_t i = 0; i < 64; ++i) few.Send(pair.server->port(), BlindHello(i));
+    const std::uint64_t hellos = pair.server->acceptor_stats().hellos;
+    EXPECT_TRUE(pair.Until([&] { return pair.server->acceptor_stats().hellos == hellos + 64; }));
+    EXPECT_GE(pair.server->acceptor_stats().hellos_limited, limited);
+    EXPECT_EQ(pair.server->receive_stats().kernel_dropped, dropped);
   }
-  EXPECT_TRUE(in);
-  const double span_s = std::chrono::duration<double>(Clock::now() - begin).count();
-  const auto answered = static_cast<double>(pair.server->acceptor_stats().hellos - before);
-  EXPECT_LE(answered, kHellos.per_s * span_s + kHellos.burst);
-  const std::uint64_t all = pair.server->acceptor_stats().hellos;
-  flood.Stop();  // only then has it counted all that it sent
-  EXPECT_GT(flood.sent(), all);
-  // Once it is over all hellos pass again.
-  const std::uint64_t limited = pair.server->acceptor_stats().hellos_limited;
-  const auto quiet = Clock::now() + milliseconds(500);
-  ASSERT_TRUE(pair.Until([&] { return Clock::now() > quiet; }));
-  const std::uint64_t dropped = pair.server->receive_stats().kernel_dropped;
-  SpoofedFlood few(16);
-  for (std::uint32_t i = 0; i < 64; ++i) few.Send(pair.server->port(), BlindHello(i));
-  const std::uint64_t hellos = pair.server->acceptor_stats().hellos;
-  EXPECT_TRUE(pair.Until([&] { return pair.server->acceptor_stats().hellos == hellos + 64; }));
-  EXPECT_GE(pair.server->acceptor_stats().hellos_limited, limited);
-  EXPECT_EQ(pair.server->receive_stats().kernel_dropped, dropped);
 }
 
 TEST(EndpointLimitsTest, OneCallLooksAtABoundedNumberAndTheRestWaits) {

@@ -30,6 +30,7 @@ void FloodFilter::Measure(TimePoint now, const UnprovenDatagrams& seen,
   const double passed_s = std::chrono::duration<double>(now - measured_).count();
   measured_ = now;
   bool changed = Adapt(hellos_, seen.hellos, passed_s);
+  changed |= Adapt(strangers_, seen.strangers, passed_s);
   changed |= Adapt(logins_, seen.logins, passed_s);
   changed |= Adapt(others_, seen.others, passed_s);
   for (Limited& limited : limited_) {
@@ -59,22 +60,27 @@ void FloodFilter::ShutOut(TimePoint now, const Address& address) {
 }
 
 void FloodFilter::Apply() {
-  const bool needed =
-      !shut_out_.empty() || !limited_.empty() || hellos_.passes < 1 || logins_.passes < 1 || others_.passes < 1;
+  const bool needed = !shut_out_.empty() || !limited_.empty() || hellos_.passes < 1 || strangers_.passes < 1 ||
+                      logins_.passes < 1 || others_.passes < 1;
   if (!needed) {
     if (active_) ClearDropRules(socket_);
     active_ = false;
     return;
   }
-  DropRules rules{
-      .shut_out = {}, .limited = {}, .hellos = hellos_.passes, .logins = logins_.passes, .others = others_.passes};
+  DropRules rules{.shut_out = {},
+                  .limited = {},
+                  .knock = knock_,
+                  .hellos = hellos_.passes,
+                  .strangers = strangers_.passes,
+                  .logins = logins_.passes,
+                  .others = others_.passes};
   rules.shut_out.reserve(shut_out_.size());
   for (const End& end : shut_out_) rules.shut_out.push_back(end.address);
   for (const Limited& limited : limited_) rules.limited.push_back({limited.end, limited.kind.passes});
   active_ = SetDropRules(socket_, rules);
   if (active_) return;
   // Without a filter everything passes, and rates are measured so.
-  hellos_.passes = logins_.passes = others_.passes = 1;
+  hellos_.passes = strangers_.passes = logins_.passes = others_.passes = 1;
   limited_.clear();
 }
 

@@ -8,9 +8,11 @@
 #include <unistd.h>
 
 #include <array>
+#include <vector>
 
 #include "net/datagram_kind.h"
 #include "net/session_budget.h"
+#include "net/testing/spoofed_flood.h"
 
 namespace tessera::net {
 namespace {
@@ -34,11 +36,14 @@ class LoopbackSocket {
   Address end() const { return {.host = address_.sin_addr.s_addr, .port = ntohs(address_.sin_port)}; }
   // How many of so many sealed datagrams came there.
   int Sent(int datagrams, const LoopbackSocket& to) const {
-    const std::array<std::uint8_t, 40> sealed{static_cast<std::uint8_t>(DatagramKind::kDirect)};
-    std::array<std::uint8_t, 64> room{};
+    return Sent(datagrams, std::vector<std::uint8_t>{static_cast<std::uint8_t>(DatagramKind::kDirect), 0, 0, 0}, to);
+  }
+  // The same of others.
+  int Sent(int datagrams, const std::vector<std::uint8_t>& bytes, const LoopbackSocket& to) const {
+    std::array<std::uint8_t, 128> room{};
     int came = 0;
     for (int i = 0; i < datagrams; ++i) {
-      EXPECT_GT(sendto(fd_, sealed.data(), sealed.size(), 0, reinterpret_cast<const sockaddr*>(&to.address_),
+      EXPECT_GT(sendto(fd_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to.address_),
                        sizeof to.address_),
                 0);
       if (recv(to.fd_, room.data(), room.size(), MSG_DONTWAIT) > 0) ++came;
@@ -77,6 +82,45 @@ TEST(FloodFilterTest, OfAnEndThatSendsTooMuchTheKernelPassesAShareUntilItSendsLe
   measure();
   EXPECT_FALSE(filter.active()) << "nothing more came";
   EXPECT_EQ(flooder.Sent(100, port), 100);
+}
+
+TEST(FloodFilterTest, StrangersHellosKeepOutNoneThatHaveTheKnock) {
+  const LoopbackSocket port, dialler;
+  FloodFilter filter(port.fd());
+  constexpr Knock kKnock{0xfe, 1, 2, 3};
+  FloodFilter::TimePoint now(std::chrono::hours(1));
+  UnprovenDatagrams seen;
+  const auto measure = [&] {
+    filter.Measure(now, seen, [](SessionNumber) { return std::nullopt; });
+    now += FloodFilter::kUpdate;
+  };
+  measure();
+  const std::vector<std::uint8_t> honest = BlindHello(1, kKnock), strangers = BlindHello(1);
+  seen.strangers += 20'000;
+  measure();
+  ASSERT_TRUE(filter.active());
+  EXPECT_DOUBLE_EQ(filter.strangers_that_pass(), kStrangersHellos.per_s / 200'000);
+  EXPECT_LT(dialler.Sent(2000, strangers, port), 200);
+  EXPECT_LT(dialler.Sent(2000, honest, port), 200) << "nobody has said which knock is the instance's";
+
+  filter.Open(kKnock);
+  seen.strangers += 20'000 / 200 * 2;
+  measure();
+  ASSERT_TRUE(filter.active());
+  EXPECT_EQ(dialler.Sent(200, honest, port), 200);
+  EXPECT_LT(dialler.Sent(2000, strangers, port), 200);
+  EXPECT_EQ(dialler.Sent(200, {static_cast<std::uint8_t>(DatagramKind::kHello), 1}, port), 0) << "cut short";
+  EXPECT_EQ(dialler.Sent(200, port), 200) << "a player's";
+  // Who has overheard one is thinned as well, and strangers no less for it.
+  seen.hellos += 20'000;
+  seen.strangers += 20'000 / 200;
+  measure();
+  EXPECT_DOUBLE_EQ(filter.hellos_that_pass(), kHellos.per_s / 200'000);
+  EXPECT_LT(dialler.Sent(2000, honest, port), 300);
+  EXPECT_LT(dialler.Sent(2000, strangers, port), 200);
+  measure();
+  EXPECT_FALSE(filter.active()) << "nothing more came";
+  EXPECT_EQ(dialler.Sent(200, strangers, port), 200);
 }
 
 TEST(FloodFilterTest, TheLimitOfASessionThatHasEndedEnds) {

@@ -37,7 +37,8 @@ ByteWriter Begin(DatagramKind kind) {
 bool IsKind(ByteReader& in, DatagramKind kind) { return in.U8() == static_cast<std::uint8_t>(kind); }
 
 constexpr std::string_view kLoginLabel = "tessera login", kAcceptLabel = "tessera accept",
-                           kTranscriptLabel = "tessera handshake", kKeysLabel = "tessera channel";
+                           kTranscriptLabel = "tessera handshake", kKeysLabel = "tessera channel",
+                           kKnockLabel = "tessera knock";
 
 // BLAKE2b-512 of both. `accept` is without its signature.
 using Transcript = std::array<std::uint8_t, 64>;
@@ -96,10 +97,31 @@ std::string_view WordOf(Refused reason) {
   return "UNKNOWN";
 }
 
+Knock KnockOf(const VerificationKey& instance_key) {
+  ByteWriter input;
+  input.Text(kKnockLabel);
+  input.Bytes(instance_key);
+  std::array<std::uint8_t, crypto_generichash_BYTES_MIN> hash;
+  crypto_generichash(hash.data(), hash.size(), input.bytes().data(), input.size(), nullptr, 0);
+  Knock knock;
+  std::copy_n(hash.begin(), knock.size(), knock.begin());
+  return knock;
+}
+
+Nonce MakeNonce(const Knock& knock) {
+  Nonce nonce;
+  randombytes_buf(nonce.data(), nonce.size());
+  std::copy(knock.begin(), knock.end(), nonce.begin());
+  return nonce;
+}
+
+bool HasKnock(const Nonce& nonce, const Knock& knock) { return std::equal(knock.begin(), knock.end(), nonce.begin()); }
+
 std::vector<std::uint8_t> Write(const Hello& hello) {
   ByteWriter out = Begin(DatagramKind::kHello);
   out.U32(hello.protocol);
   out.U32(hello.session);
+  assert(out.size() == kKnockAt);
   out.Bytes(hello.nonce);
   out.PadTo(kHelloBytes);
   return out.Take();

@@ -46,6 +46,14 @@ enum class Refused : std::uint8_t {
 std::string_view WordOf(Refused reason);  // "FULL"
 
 using Nonce = std::array<std::uint8_t, 16>;
+// The first bytes of a dialler's nonce. Only who has the instance's public key, which is in grants and orders, can work
+// them out, so a port that is flooded by strangers looks at those that have them first (flood_filter.h). They prove
+// nothing, for whoever sees a Hello can repeat them.
+using Knock = std::array<std::uint8_t, 4>;
+Knock KnockOf(const VerificationKey& instance_key);
+// Random but for its knock.
+Nonce MakeNonce(const Knock& knock);
+bool HasKnock(const Nonce& nonce, const Knock& knock);
 using EphemeralPublic = std::array<std::uint8_t, 32>;  // X25519
 using SharedSecret = Secret<32>;
 
@@ -98,6 +106,7 @@ struct Refusal {
 };
 
 inline constexpr std::size_t kHelloBytes = 96;
+inline constexpr std::size_t kKnockAt = 9;  // in a Hello's bytes, where its nonce begins
 inline constexpr std::size_t kMaxHandshakeBytes = 576;
 
 std::vector<std::uint8_t> Write(const Hello& hello);

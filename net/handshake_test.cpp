@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "net/protocol.h"
 #include "net/testing/test_identity.h"
 
@@ -48,6 +50,20 @@ TEST_F(HandshakeTest, EachFormReadsAsItWasWritten) {
   EXPECT_EQ(ReadAccept(Write(accept, login_bytes, region.key)), accept);
   const Refusal refusal{.reason = Refused::kFull, .session = 3, .nonce = NonceOf(1), .detail = "all 64 places"};
   EXPECT_EQ(ReadRefusal(Write(refusal, 1000)), refusal);
+}
+
+TEST_F(HandshakeTest, ANonceBeginsWithTheInstancesKnockAndIsRandomElse) {
+  const Knock knock = KnockOf(instance.verification_key());
+  const Nonce one = MakeNonce(knock), other = MakeNonce(knock);
+  EXPECT_TRUE(HasKnock(one, knock) && HasKnock(other, knock));
+  EXPECT_NE(one, other);
+  EXPECT_NE(KnockOf(SigningKey::Make().verification_key()), knock);
+  const auto bytes = Write(Hello{.protocol = kProtocolVersion, .session = 7, .nonce = one});
+  EXPECT_TRUE(std::equal(knock.begin(), knock.end(), bytes.begin() + kKnockAt)) << "where the filter looks";
+  // docs/protocol.md, "Handshake", gives this one for who writes another end.
+  VerificationKey counted;
+  for (std::size_t i = 0; i < counted.size(); ++i) counted[i] = static_cast<std::uint8_t>(i);
+  EXPECT_EQ(KnockOf(counted), (Knock{0x06, 0xe1, 0xcb, 0x1c}));
 }
 
 TEST_F(HandshakeTest, EachAnswerIsShorterThanItsQuestion) {

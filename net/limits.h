@@ -16,9 +16,12 @@ namespace tessera::net {
 // Hellos of one IPv4 address that are answered; one answer takes some 4 us. Many players, or bots, may share an
 // address, and a dialler repeats its hello up to eight times, so it is eight times what logins may be.
 inline constexpr Rate kHellosOfAnAddress{.per_s = 2048, .burst = 4096};
-// Hellos that are answered in all: 4 % of a core. The more there are, the more tries an honest dialler needs while its
-// hellos drown in a flood: at 100 000 a second one of ten is answered, and it sends 23 in its first two seconds.
+// Hellos that are answered in all, of those that have the instance's knock: 8 % of a core. The more there are, the more
+// tries an honest dialler needs while its hellos drown in a flood of somebody who has seen one: at 100 000 a second one
+// of ten is answered, and it sends 23 in its first two seconds.
 inline constexpr Rate kHellos{.per_s = 10'000, .burst = 4000};
+// The same of those without the knock: strangers', and those of clients of earlier releases. 1 % of a core.
+inline constexpr Rate kStrangersHellos{.per_s = 1000, .burst = 1000};
 // Logins with a good cookie of one address; each costs some 200 us. Many players or bots may share one address.
 inline constexpr Rate kLoginsOfAnAddress{.per_s = 256, .burst = 512};
 // Datagrams of another kind that prove nothing, the same for each kind. Beyond it the kernel drops them unseen

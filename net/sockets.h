@@ -19,6 +19,7 @@
 
 #include "absl/status/statusor.h"
 #include "net/address.h"
+#include "net/handshake.h"
 #include "net/protocol.h"
 
 namespace tessera::net {
@@ -74,7 +75,9 @@ struct DropRules {
     double passes = 1;  // share of its datagrams, 0 to 1
   };
   std::vector<Limited> limited;
-  double hellos = 1, logins = 1, others = 1;  // shares that pass, 0 to 1, of datagrams without proof; others pass
+  std::optional<Knock> knock;  // left out: all hellos are strangers'
+  // Shares that pass, 0 to 1, of datagrams without proof; others pass.
+  double hellos = 1, strangers = 1, logins = 1, others = 1;
 };
 // Returns false where the system takes no such rules: all passes.
 bool SetDropRules(SystemSocket socket, const DropRules& rules);

@@ -68,6 +68,11 @@ sock_filter Step(int code, std::uint32_t value, std::uint8_t if_true = 0, std::u
 
 std::uint32_t ByteOf(DatagramKind kind) { return static_cast<std::uint32_t>(kind); }
 
+// As the kernel loads it: the first byte is the highest.
+std::uint32_t LoadedWord(const Knock& knock) {
+  return std::uint32_t{knock[0]} << 24 | std::uint32_t{knock[1]} << 16 | std::uint32_t{knock[2]} << 8 | knock[3];
+}
+
 std::vector<sock_filter> ProgramOf(const DropRules& rules) {
   constexpr int kLoadWord = BPF_LD | BPF_W | BPF_ABS, kLoadHalf = BPF_LD | BPF_H | BPF_ABS,
                 kLoadByte = BPF_LD | BPF_B | BPF_ABS, kIfEqual = BPF_JMP | BPF_JEQ | BPF_K,
@@ -100,10 +105,13 @@ std::vector<sock_filter> ProgramOf(const DropRules& rules) {
   program.push_back(Step(kIfEqual, ByteOf(DatagramKind::kSealed), 4, 0));
   program.push_back(Step(kIfEqual, ByteOf(DatagramKind::kDirect), 3, 0));
   program.push_back(Step(kIfEqual, ByteOf(DatagramKind::kHello), 3, 0));
-  program.push_back(Step(kIfEqual, ByteOf(DatagramKind::kLogin), 6, 0));
-  program.push_back(Step(BPF_JMP | BPF_JA, 9));
+  program.push_back(Step(kIfEqual, ByteOf(DatagramKind::kLogin), 12, 0));
+  program.push_back(Step(BPF_JMP | BPF_JA, 15));
   program.push_back(Step(kReturn, kPass));
+  program.push_back(Step(kLoadWord, kFirstByte + kKnockAt));  // of a datagram that is shorter nothing passes
+  program.push_back(Step(kIfEqual, LoadedWord(rules.knock.value_or(Knock{})), rules.knock ? 0 : 4, 4));
   pass_a_share(rules.hellos);
+  pass_a_share(rules.strangers);
   pass_a_share(rules.logins);
   pass_a_share(rules.others);
   return program;

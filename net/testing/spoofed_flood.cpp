@@ -85,9 +85,10 @@ std::vector<std::uint8_t> BlindConnect(std::uint32_t connection) {
   return bytes;
 }
 
-std::vector<std::uint8_t> BlindHello(std::uint32_t number) {
+std::vector<std::uint8_t> BlindHello(std::uint32_t number, const Knock& knock) {
   Nonce nonce{};
-  std::memcpy(nonce.data(), &number, sizeof number);
+  std::copy(knock.begin(), knock.end(), nonce.begin());
+  std::memcpy(nonce.data() + knock.size(), &number, sizeof number);
   return Write(Hello{.protocol = kProtocolVersion, .session = number & kMaxSessionNumber, .nonce = nonce});
 }
 

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "net/handshake.h"
+
 namespace tessera::net {
 
 class SpoofedFlood {
@@ -34,7 +36,7 @@ class SpoofedFlood {
 
 // The datagram that opens an ENet connection of a host without an acceptor: 52 bytes with its checksum.
 std::vector<std::uint8_t> BlindConnect(std::uint32_t connection);
-// The first datagram of a handshake, with made-up fields.
-std::vector<std::uint8_t> BlindHello(std::uint32_t number);
+// The first datagram of a handshake, with made-up fields; that of a stranger unless the knock is the instance's.
+std::vector<std::uint8_t> BlindHello(std::uint32_t number, const Knock& knock = {});
 
 }  // namespace tessera::net
