@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client_sdk/blend.h"
+#include "core/physics/prefetch.h"
 
 namespace tessera::client {
 namespace {
@@ -237,7 +238,18 @@ std::optional<RegionId> WorldView::OwnerOf(BodyId body) const {
 std::vector<ShownBody> WorldView::At(double tick, double rate_hz) {
   std::vector<ShownBody> shown;
   shown.reserve(tracks_.size());
-  for (Track* track : InOrder()) shown.push_back(Show(*track, tick, rate_hz));
+  const std::vector<Track*>& order = InOrder();
+  // Tracks lie anywhere, and a frame is long enough for the caches to forget them.
+  constexpr std::size_t kAhead = 6;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + 2 * kAhead < order.size()) physics::Prefetch(order[i + 2 * kAhead], sizeof(Track));
+    if (i + kAhead < order.size()) {
+      const Track& later = *order[i + kAhead];
+      physics::Prefetch(later.seen, sizeof(SeenBody));
+      physics::Prefetch(later.samples.data() + later.first, 3 * sizeof(Sample));
+    }
+    shown.push_back(Show(*order[i], tick, rate_hz));
+  }
   return shown;
 }
 
