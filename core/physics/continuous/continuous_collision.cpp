@@ -14,17 +14,66 @@ namespace {
 // Number of swept bodies that a thread takes at a time.
 constexpr std::size_t kChunkSwept = 8;
 
+// What a step does to a body, as far as the tests that spare a sweep ask.
+struct Moved {
+  Vec3d from, move;       // of the centre of mass, m
+  double rim_m = 0;       // its turning brings no point further than this
+  double outer_radius_m;  // about the centre of mass; infinite for a plane
+};
+
+Moved MovedOf(const RigidBody& body, std::span<const BodyMotion> motions) {
+  const Geometry& geometry = body.geometry();
+  Moved moved{.from = body.placement().position, .move = {}, .outer_radius_m = geometry.outer_radius_m};
+  double turned_rad = 0;
+  if (body.awake()) {
+    const BodyMotion& motion = motions[body.awake_index];
+    moved.move = motion.position - moved.from;
+    turned_rad = Length(Vec3d(motion.turned_rad));
+  } else {
+    moved.move = Vec3d(body.predicted.move_m);
+    if (body.moving()) turned_rad = Length(Vec3d(body.state().angular_velocity)) * body.driven_s;
+  }
+  if (geometry.kind != GeometryKind::kSphere && turned_rad > 0) {
+    moved.rim_m = std::min(2.0, turned_rad) * geometry.outer_radius_m;
+  }
+  return moved;
+}
+
+// More than what is lost by rounding in a test that spares a sweep, m.
+constexpr double kRounding_m = 1e-5;
+
+// Whether the balls about them that hold them stay apart: then a sweep finds no impact.
+bool StayApart(const Moved& low, const Moved& high) {
+  const Vec3d start = high.from - low.from, travel = high.move - low.move;
+  const double all = LengthSquared(travel);
+  const double nearest = all > 0 ? std::clamp(-Dot(start, travel) / all, 0.0, 1.0) : 0;
+  const double room = low.outer_radius_m + high.outer_radius_m + kImpactDistance_m + kRounding_m;
+  return LengthSquared(start + travel * nearest) > room * room;
+}
+
+// Whether neither can have come through a contact plane of the pair by more than `depth_m`: no point comes further than
+// the two approach along its normal, and than their turning brings it.
+bool GaveNoWay(const Pair& pair, const Moved& low, const Moved& high, double depth_m) {
+  const Vec3d approach = low.move - high.move;
+  const double spare = depth_m - std::max(low.rim_m, high.rim_m) - kRounding_m;
+  return std::ranges::all_of(pair.manifolds,
+                             [&](const Manifold& manifold) { return Dot(Vec3d(manifold.normal), approach) < spare; });
+}
+
 // Whether a pair that was solved needs a sweep all the same, because it gave way: a rod that is stopped at its end
 // turns about it, and most of it would be behind the wall by the end of the step.
-bool GoesThrough(const Pair& pair, std::span<const BodyMotion> motions) {
+bool GoesThrough(const Pair& pair, const Moved& low_moved, const Moved& high_moved,
+                 std::span<const BodyMotion> motions) {
   if (pair.swept) return true;
-  const SweptMotion low = SweptMotionOf(*pair.low, motions), high = SweptMotionOf(*pair.high, motions);
-  const Vec3d low_moved = low.to - low.from, high_moved = high.to - high.from;
   const float inner = kThroughShare * pair.inner_m;
+  if (GaveNoWay(pair, low_moved, high_moved, inner)) return false;
+  const SweptMotion low = SweptMotionOf(*pair.low, motions), high = SweptMotionOf(*pair.high, motions);
   for (const Manifold& manifold : pair.manifolds) {
     const Vec3d on_low = low.from + Vec3d(manifold.points[0].r_a), on_high = high.from + Vec3d(manifold.points[0].r_b);
-    if (pair.high->awake() && CameThrough(high, on_low, on_low + low_moved, manifold.normal) > inner) return true;
-    if (pair.low->awake() && CameThrough(low, on_high, on_high + high_moved, -manifold.normal) > inner) return true;
+    if (pair.high->awake() && CameThrough(high, on_low, on_low + low_moved.move, manifold.normal) > inner) return true;
+    if (pair.low->awake() && CameThrough(low, on_high, on_high + high_moved.move, -manifold.normal) > inner) {
+      return true;
+    }
   }
   return false;
 }
@@ -129,7 +178,11 @@ void ContinuousCollision::Sweep(std::size_t candidate, RigidBody& body, const Pa
   if (pair->jointed && !pair->trigger) return;
   const bool as_expected =
       deflected_[body.awake_index] == 0 && !(other->awake() && deflected_[other->awake_index] != 0);
-  if (!pair->trigger && (pair->manifolds.empty() ? as_expected : !GoesThrough(*pair, motions))) return;
+  const bool solved = !pair->manifolds.empty();
+  if (!pair->trigger && !solved && as_expected) return;
+  const Moved low_moved = MovedOf(*pair->low, motions), high_moved = MovedOf(*pair->high, motions);
+  if (!pair->trigger && solved && !GoesThrough(*pair, low_moved, high_moved, motions)) return;
+  if (StayApart(low_moved, high_moved)) return;
   const SweptMotion low = SweptMotionOf(*pair->low, motions), high = SweptMotionOf(*pair->high, motions);
   const std::optional<Impact> impact = FirstImpact(low, high, kImpactDistance_m);
   if (!impact) return;
