@@ -49,7 +49,7 @@ client::JoinCall FloodersCall(const std::string& instance) {
   return call;
 }
 
-// What each hello of a player of the instance begins its nonce with.
+// The beginning of the nonce in each hello of a player of the instance.
 std::optional<net::Knock> OverheardKnock(const std::string& control, const std::string& instance) {
   const auto session = client::JoinInstance(control, FloodersCall(instance));
   if (!session.ok()) return std::nullopt;

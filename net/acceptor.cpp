@@ -172,7 +172,7 @@ Acceptor::Received Acceptor::OnSealed(TimePoint now, const Address& from, std::s
           .bytes = *payload};
 }
 
-// As the kernel's filter sees it, whatever else is wrong with it.
+// It sees a hello as the kernel's filter does, whatever else is wrong with it.
 bool Acceptor::IsStrangers(std::span<const std::uint8_t> hello) const {
   return !identity_ || hello.size() < kKnockAt + knock_.size() ||
          !std::equal(knock_.begin(), knock_.end(), hello.begin() + kKnockAt);
@@ -185,7 +185,7 @@ Acceptor::Received Acceptor::OnHello(TimePoint now, const Address& from, std::sp
     return {};
   }
   // In this order strangers take nothing of the shares of others.
-  const bool strangers = !HasKnock(hello->nonce, knock_);
+  const bool strangers = IsStrangers(bytes);
   if ((strangers && !strangers_.Take(now, limits_.strangers_hellos)) ||
       !hello_shares_->Take(now, HashOf(AsBytes(from.host)), limits_.hellos_of_an_address) ||
       (!strangers && !hellos_.Take(now, limits_.hellos))) {

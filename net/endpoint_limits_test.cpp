@@ -47,7 +47,7 @@ class HelloFlood {
   std::thread thread_;
 };
 
-// Of strangers', and of one who has overheard a player's.
+// The hellos are strangers', and then those of one who has overheard a player's.
 TEST(EndpointLimitsTest, AnHonestPlayerComesInThroughAFloodOfHellosThatCostsLittle) {
   const Knock overheard = KnockOf(TestIdentity().instance_key);
   for (const auto& [knock, rate] : {std::pair(Knock{}, kStrangersHellos), std::pair(overheard, kHellos)}) {

@@ -44,6 +44,11 @@ void FloodFilter::Measure(TimePoint now, const UnprovenDatagrams& seen,
   if (changed) Apply();
 }
 
+void FloodFilter::Open(const Knock& knock) {
+  knock_ = knock;
+  if (active_) Apply();
+}
+
 void FloodFilter::Limit(TimePoint now, SessionNumber session, const Address& end, double most_per_s,
                         std::uint64_t received) {
   const bool known = std::ranges::any_of(limited_, [&](const Limited& other) { return other.session == session; });

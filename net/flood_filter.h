@@ -45,7 +45,7 @@ class FloodFilter {
   void Measure(TimePoint now, const UnprovenDatagrams& seen,
                const std::function<std::optional<std::uint64_t>(SessionNumber)>& received_of);
   // From now on hellos with this knock are no strangers'.
-  void Open(const Knock& knock) { knock_ = knock; }
+  void Open(const Knock& knock);
   // From now on a share of what this end sends passes, until that is not above `most_per_s` any more. `received`: as
   // above, by now. Repeating it does nothing.
   void Limit(TimePoint now, SessionNumber session, const Address& end, double most_per_s, std::uint64_t received);

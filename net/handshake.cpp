@@ -115,8 +115,6 @@ Nonce MakeNonce(const Knock& knock) {
   return nonce;
 }
 
-bool HasKnock(const Nonce& nonce, const Knock& knock) { return std::equal(knock.begin(), knock.end(), nonce.begin()); }
-
 std::vector<std::uint8_t> Write(const Hello& hello) {
   ByteWriter out = Begin(DatagramKind::kHello);
   out.U32(hello.protocol);

@@ -53,7 +53,6 @@ using Knock = std::array<std::uint8_t, 4>;
 Knock KnockOf(const VerificationKey& instance_key);
 // Random but for its knock.
 Nonce MakeNonce(const Knock& knock);
-bool HasKnock(const Nonce& nonce, const Knock& knock);
 using EphemeralPublic = std::array<std::uint8_t, 32>;  // X25519
 using SharedSecret = Secret<32>;
 

@@ -13,7 +13,7 @@ namespace tessera::net {
 
 // --- Strangers. Memory does not grow with their number.
 
-// Hellos of one IPv4 address that are answered; one answer takes some 4 us. Many players, or bots, may share an
+// Hellos of one IPv4 address that are answered; one answer takes some 8 us. Many players, or bots, may share an
 // address, and a dialler repeats its hello up to eight times, so it is eight times what logins may be.
 inline constexpr Rate kHellosOfAnAddress{.per_s = 2048, .burst = 4096};
 // Hellos that are answered in all, of those that have the instance's knock: 8 % of a core. The more there are, the more

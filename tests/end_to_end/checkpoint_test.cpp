@@ -137,7 +137,10 @@ TEST_F(CheckpointTest, APlayerOfARestoredWorldComesBackByItselfWithTheSameClient
 }
 
 TEST_F(CheckpointTest, OneThatIsAskedForAmidAChangeComesAfterIt) {
-  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
+  // None is made by itself: one that was under way would be the answer.
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8, .adjust = [](v1::InstanceSpec& spec) {
+           spec.mutable_checkpoint_interval()->set_seconds(0);
+         }});
   ASSERT_TRUE(PlayUntilProtected());
   const support::RunResult scaled = Tessera({"instance", "scale", run_->instance_id(), "--regions", "3"});
   ASSERT_EQ(scaled.exit_code, 0) << scaled.err;

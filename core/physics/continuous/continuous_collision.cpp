@@ -1,6 +1,7 @@
 #include "core/physics/continuous/continuous_collision.h"
 
 #include <algorithm>
+#include <cassert>
 #include <optional>
 
 #include "core/physics/continuous/carried.h"
@@ -14,7 +15,7 @@ namespace {
 // Number of swept bodies that a thread takes at a time.
 constexpr std::size_t kChunkSwept = 8;
 
-// What a step does to a body, as far as the tests that spare a sweep ask.
+// A body's way through a step, as far as the tests that spare a sweep ask.
 struct Moved {
   Vec3d from, move;       // of the centre of mass, m
   double rim_m = 0;       // its turning brings no point further than this
@@ -42,7 +43,7 @@ Moved MovedOf(const RigidBody& body, std::span<const BodyMotion> motions) {
 // More than what is lost by rounding in a test that spares a sweep, m.
 constexpr double kRounding_m = 1e-5;
 
-// Whether the balls about them that hold them stay apart: then a sweep finds no impact.
+// True if the balls about them that hold them stay apart: then a sweep finds no impact.
 bool StayApart(const Moved& low, const Moved& high) {
   const Vec3d start = high.from - low.from, travel = high.move - low.move;
   const double all = LengthSquared(travel);
@@ -51,7 +52,7 @@ bool StayApart(const Moved& low, const Moved& high) {
   return LengthSquared(start + travel * nearest) > room * room;
 }
 
-// Whether neither can have come through a contact plane of the pair by more than `depth_m`: no point comes further than
+// True if neither can have come through a contact plane of the pair by more than `depth_m`: no point comes further than
 // the two approach along its normal, and than their turning brings it.
 bool GaveNoWay(const Pair& pair, const Moved& low, const Moved& high, double depth_m) {
   const Vec3d approach = low.move - high.move;
@@ -60,22 +61,30 @@ bool GaveNoWay(const Pair& pair, const Moved& low, const Moved& high, double dep
                              [&](const Manifold& manifold) { return Dot(Vec3d(manifold.normal), approach) < spare; });
 }
 
-// Whether a pair that was solved needs a sweep all the same, because it gave way: a rod that is stopped at its end
-// turns about it, and most of it would be behind the wall by the end of the step.
-bool GoesThrough(const Pair& pair, const Moved& low_moved, const Moved& high_moved,
-                 std::span<const BodyMotion> motions) {
-  if (pair.swept) return true;
-  const float inner = kThroughShare * pair.inner_m;
-  if (GaveNoWay(pair, low_moved, high_moved, inner)) return false;
+// True if one of the two came through a contact plane of the pair by more than `depth_m`.
+bool CameThroughEither(const Pair& pair, const Moved& low_moved, const Moved& high_moved, double depth_m,
+                       std::span<const BodyMotion> motions) {
   const SweptMotion low = SweptMotionOf(*pair.low, motions), high = SweptMotionOf(*pair.high, motions);
   for (const Manifold& manifold : pair.manifolds) {
     const Vec3d on_low = low.from + Vec3d(manifold.points[0].r_a), on_high = high.from + Vec3d(manifold.points[0].r_b);
-    if (pair.high->awake() && CameThrough(high, on_low, on_low + low_moved.move, manifold.normal) > inner) return true;
-    if (pair.low->awake() && CameThrough(low, on_high, on_high + high_moved.move, -manifold.normal) > inner) {
+    if (pair.high->awake() && CameThrough(high, on_low, on_low + low_moved.move, manifold.normal) > depth_m) {
+      return true;
+    }
+    if (pair.low->awake() && CameThrough(low, on_high, on_high + high_moved.move, -manifold.normal) > depth_m) {
       return true;
     }
   }
   return false;
+}
+
+// Whether a pair that was solved needs a sweep all the same, because it gave way: a rod that is stopped at its end
+// turns about it, and most of it would be behind the wall by the end of the step.
+bool GoesThrough(const Pair& pair, const Moved& low, const Moved& high, std::span<const BodyMotion> motions) {
+  if (pair.swept) return true;
+  const double depth_m = kThroughShare * pair.inner_m;
+  const bool may = !GaveNoWay(pair, low, high, depth_m);
+  assert(may || !CameThroughEither(pair, low, high, depth_m, motions));
+  return may && CameThroughEither(pair, low, high, depth_m, motions);
 }
 
 // Whether two touch where their sweep says that they meet. Boxes that meet rim by rim, as where one slides over the
@@ -182,8 +191,11 @@ void ContinuousCollision::Sweep(std::size_t candidate, RigidBody& body, const Pa
   if (!pair->trigger && !solved && as_expected) return;
   const Moved low_moved = MovedOf(*pair->low, motions), high_moved = MovedOf(*pair->high, motions);
   if (!pair->trigger && solved && !GoesThrough(*pair, low_moved, high_moved, motions)) return;
-  if (StayApart(low_moved, high_moved)) return;
   const SweptMotion low = SweptMotionOf(*pair->low, motions), high = SweptMotionOf(*pair->high, motions);
+  if (StayApart(low_moved, high_moved)) {
+    assert(!FirstImpact(low, high, kImpactDistance_m));
+    return;
+  }
   const std::optional<Impact> impact = FirstImpact(low, high, kImpactDistance_m);
   if (!impact) return;
   if (pair->trigger) {
