@@ -222,7 +222,7 @@ class Acceptor {
   std::optional<std::string> closed_because_;
   CookieJar cookies_;
   Secret<16> hash_key_;
-  Knock knock_{};  // of the instance, once it is open
+  Knock knock_{};  // the instance's, once it is open
   TokenBucket hellos_, strangers_;
   std::unique_ptr<AddressShares> hello_shares_, login_shares_;
   std::unique_ptr<HeldOff> held_off_;

@@ -108,7 +108,7 @@ std::vector<sock_filter> ProgramOf(const DropRules& rules) {
   program.push_back(Step(kIfEqual, ByteOf(DatagramKind::kLogin), 12, 0));
   program.push_back(Step(BPF_JMP | BPF_JA, 15));
   program.push_back(Step(kReturn, kPass));
-  program.push_back(Step(kLoadWord, kFirstByte + kKnockAt));  // of a datagram that is shorter nothing passes
+  program.push_back(Step(kLoadWord, kFirstByte + kKnockAt));  // a shorter datagram does not pass
   program.push_back(Step(kIfEqual, LoadedWord(rules.knock.value_or(Knock{})), rules.knock ? 0 : 4, 4));
   pass_a_share(rules.hellos);
   pass_a_share(rules.strangers);

@@ -17,7 +17,7 @@ constexpr std::size_t kChunkSwept = 8;
 
 // A body's way through a step, as far as the tests that spare a sweep ask.
 struct Moved {
-  Vec3d from, move;       // of the centre of mass, m
+  Vec3d from, move;       // the centre of mass, m
   double rim_m = 0;       // its turning brings no point further than this
   double outer_radius_m;  // about the centre of mass; infinite for a plane
 };
