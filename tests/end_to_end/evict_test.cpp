@@ -326,6 +326,7 @@ TEST_F(EvictedHostTest, ItsWorkersServeNobodyAndEndWithTheirAgent) {
   // They have no lease and no neighbours, so they stand still while the world goes on.
   const support::Regions elsewhere = Elsewhere();
   std::vector<double> stood;
+  stood.reserve(left.size());
   for (const v1::RegionStatus& status : left) stood.push_back(Ticks(status));
   const double begin = Ticks(elsewhere.Get(0));
   EXPECT_TRUE(Await([&] { return Ticks(elsewhere.Get(0)) >= begin + 60; }));
