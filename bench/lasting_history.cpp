@@ -15,6 +15,9 @@ constexpr double kStandsStill = 0.1;
 // A reading is not of one moment: its tick may be one older than its map.
 constexpr std::uint64_t kReadingSlack = 2;
 
+// How long before a time a worker's last reading is looked for: many pauses between two.
+constexpr double kLooksBack_s = 5;
+
 struct Beginning {
   double at = 0;
   std::uint64_t tick = 0;
@@ -178,6 +181,37 @@ Stalls StallsOf(const std::vector<StepRecord>& steps, double until, double least
     if (until - progress.at > least) stalls[region].push_back({progress.at, until});
   }
   return stalls;
+}
+
+std::optional<double> AllStepped(const History& history, double since, std::uint64_t map) {
+  std::map<std::string, std::uint64_t> counted;  // steps at the last reading, by worker
+  std::vector<const StepRecord*> moved;
+  for (const StepRecord& step : history.steps) {
+    if (step.at < since - kLooksBack_s) continue;
+    const auto before = counted.find(step.worker);
+    const bool moves = before != counted.end() ? before->second < step.steps : step.steps > 0;
+    counted[step.worker] = step.steps;
+    if (moves && step.at >= since && step.map >= map) moved.push_back(&step);
+  }
+  std::map<std::uint64_t, const std::vector<std::uint32_t>*> maps;
+  for (const ClaimRecord& claim : history.claims) {
+    if (claim.map >= map && !claim.regions.empty()) maps.try_emplace(claim.map, &claim.regions);
+  }
+  std::optional<double> first;
+  for (const auto& [version, regions] : maps) {
+    std::optional<double> last = since;
+    for (const std::uint32_t region : *regions) {
+      std::optional<double> at;
+      for (const StepRecord* step : moved) {
+        if (step->region == region && step->map >= version && (!at || step->at < *at)) at = step->at;
+      }
+      if (!at) last.reset();
+      if (!last) break;
+      last = std::max(*last, *at);
+    }
+    if (last && (!first || *last < *first)) first = last;
+  }
+  return first;
 }
 
 Falsehood FalseRunning(const std::vector<ClaimRecord>& claims, const Stalls& stalls) {

@@ -15,6 +15,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -51,7 +52,8 @@ struct ClaimRecord {
   double asked = 0;
   bool running = false, degraded = false;
   std::string reason;
-  std::vector<std::uint32_t> regions{};  // those of the map in force
+  std::uint64_t map = 0;                 // the version of the one in force
+  std::vector<std::uint32_t> regions{};  // those of that map
   std::vector<Border> borders{};         // likewise, of regions whose hosts were told
 };
 
@@ -99,6 +101,11 @@ struct Stall {
 using Stalls = std::map<std::uint32_t, std::vector<Stall>>;  // by region; in their order
 // Shorter ones than `least` are none.
 Stalls StallsOf(const std::vector<StepRecord>& steps, double until, double least);
+
+// When all regions of one map, of version `map` or later, had been seen to make a step after `since` by that or a later
+// one; nothing if there is no such map. The first that holds of any: what comes after it, a place that is given back to
+// its host, is not waited for.
+std::optional<double> AllStepped(const History& history, double since, std::uint64_t map);
 
 struct Falsehood {
   double total_s = 0;    // all in all

@@ -177,5 +177,32 @@ TEST(LastingHistoryTest, AStallIsTimeWithoutSteps) {
   EXPECT_DOUBLE_EQ(StallsOf(steps, 12, 0.5).at(1).back().to, 12) << "until the end";
 }
 
+History TakenOverAndGivenBack() {
+  History history;
+  // Region 1 dies, region 2 takes its place by map 5, and gives it back by map 6 two seconds later.
+  history.claims = {Claim(9, true, {1, 2}), Claim(10.3, true, {2}), Claim(12.5, true, {1, 2})};
+  for (std::size_t i = 0; i < 3; ++i) history.claims[i].map = 4 + i;
+  history.steps = {Reading("old", 1, 9.9, 590, 4),   Reading("two", 2, 9.9, 590, 4),  Reading("two", 2, 10.1, 600, 4),
+                   Reading("two", 2, 10.35, 600, 5), Reading("two", 2, 10.4, 603, 5), Reading("new", 1, 12.3, 0, 5),
+                   Reading("two", 2, 12.4, 723, 6),  Reading("new", 1, 12.6, 3, 6)};
+  return history;
+}
+
+TEST(LastingHistoryTest, AWorldGoesOnOnceAllOfALaterMapStep) {
+  History history = TakenOverAndGivenBack();
+  EXPECT_EQ(AllStepped(history, 10, 5), 10.4) << "whoever has a map and makes no step by it stands still";
+  EXPECT_EQ(AllStepped(history, 10, 6), 12.6) << "a new worker has begun once it makes a step";
+  EXPECT_EQ(AllStepped(history, 10, 7), std::nullopt);
+  EXPECT_EQ(AllStepped(history, 12.5, 5), std::nullopt) << "nothing is known of region 2 since";
+}
+
+TEST(LastingHistoryTest, AMapThatNobodySaidIsNotWaitedFor) {
+  History history = TakenOverAndGivenBack();
+  std::erase_if(history.claims, [](const ClaimRecord& claim) { return claim.map == 5; });
+  EXPECT_EQ(AllStepped(history, 10, 5), 12.6) << "the next one that was said";
+  history.claims.clear();
+  EXPECT_EQ(AllStepped(history, 10, 5), std::nullopt);
+}
+
 }  // namespace
 }  // namespace tessera::bench

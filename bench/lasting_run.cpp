@@ -138,7 +138,7 @@ class LastingDrama {
       }
       if (well_since && witnesses_.Now() - *well_since >= kWell_s) {
         map_ = witnesses_.LatestAfter(since)->map().version();
-        return witnesses_.SteppedAfter(since, 0, plan_.patience) ? "" : "a region makes no steps";
+        return witnesses_.SteppedAfter(since, map_, plan_.patience) ? "" : "a region makes no steps";
       }
       std::this_thread::sleep_for(50ms);
     }

@@ -224,6 +224,7 @@ void LastingWitnesses::AskForTheWorld() {
                         .running = world.state() == v1::INSTANCE_STATE_RUNNING,
                         .degraded = world.state() == v1::INSTANCE_STATE_DEGRADED,
                         .reason = world.reason(),
+                        .map = world.map().version(),
                         .borders = BordersOf(world)};
       for (const auto& region : world.map().regions()) claim.regions.push_back(region.id());
       const std::lock_guard lock(mutex_);
@@ -288,17 +289,8 @@ std::optional<double> LastingWitnesses::SteppedAfter(double since, std::uint64_t
   WaitFor(
       [&] {
         const std::lock_guard lock(mutex_);
-        if (!latest_ || latest_->map().version() < map || latest_->map().regions_size() == 0) return false;
-        double last = 0;
-        for (const auto& region : latest_->map().regions()) {
-          const auto stepped = std::ranges::find_if(history_.steps, [&](const StepRecord& step) {
-            return step.at >= since && step.region == region.id() && step.map >= map && step.steps > 0;
-          });
-          if (stepped == history_.steps.end()) return false;
-          last = std::max(last, stepped->at);
-        }
-        at = last;
-        return true;
+        at = AllStepped(history_, since, map);
+        return at.has_value();
       },
       patience);
   return at;

@@ -47,8 +47,7 @@ class LastingWitnesses {
   std::optional<v1::Instance> LatestAfter(double since) const;
   // Those of the world, by the last answer about it.
   std::vector<Border> Borders() const;
-  // When every region of the last known map that is later than `map`, had stepped after `since`; nothing within
-  // `patience`. `map` 0: of whatever map.
+  // AllStepped, of what is known so far; nothing within `patience`.
   std::optional<double> SteppedAfter(double since, std::uint64_t map, std::chrono::seconds patience);
   // Returns once the record of who wrote has all that the store holds by now. UNAVAILABLE: not within `patience`.
   absl::Status AwaitWrites(std::chrono::seconds patience);
