@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "host/files.h"
 #include "host/last_lines.h"
@@ -44,7 +45,7 @@ TEST_F(ProcessTest, KnowsItsLogFileAndNotThatOfWhoStartedIt) {
   EXPECT_TRUE(
       RunShell(std::string("echo \"<$") + kLogFileEnvironment + ">\"; env | grep -c " + kLogFileEnvironment).Clean());
   unsetenv(kLogFileEnvironment);
-  EXPECT_EQ(Logged(), "<" + Log() + ">\n1\n");
+  EXPECT_EQ(Logged(), absl::StrCat("<", Log(), ">\n1\n"));
 }
 
 TEST_F(ProcessTest, ALargeLogIsRotatedBeforeTheProcessWrites) {

@@ -6,6 +6,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "absl/strings/str_cat.h"
+
 namespace tessera::host {
 namespace {
 
@@ -39,7 +41,7 @@ TEST(SocketAddressTest, IsHostAndPort) {
   for (const char* bad : {"", "7700", "host", "host:", ":7700", "host:0", "host:65536", "host:-1", "host:7x",
                           "::1:7700", "ho st:1", "http://host:1", "host:1:2", "[host]:1"}) {
     EXPECT_EQ(std::string(ParseSocketAddress(bad, PortRule::kFrom1).status().message()),
-              "\"" + std::string(bad) + "\" is not of the form HOST:PORT");
+              absl::StrCat("\"", bad, "\" is not of the form HOST:PORT"));
   }
 }
 
