@@ -94,6 +94,8 @@ class WatchedPage {
     if (!seen.at("complaints").empty()) throw local::CommandError("the page complained: " + seen.dump());
     const std::size_t moved = seen.at("moved").size();
     enough_ = 2 * moved > seen.at("watched").get<std::size_t>();
+    longest_wait_ms_ = seen.at("longest").at("wait_ms");
+    longest_script_ms_ = seen.at("longest").at("script_ms");
     if (!enough_) return;
     // Both clocks are of this machine.
     const auto ahead = std::chrono::system_clock::now().time_since_epoch() - Clock::now().time_since_epoch();
@@ -106,6 +108,9 @@ class WatchedPage {
     }
   }
   bool most_moved_again() const { return enough_; }
+  // Since it began: from one picture to the next, and of that by the page's own script.
+  double longest_wait_ms() const { return longest_wait_ms_; }
+  double longest_script_ms() const { return longest_script_ms_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -125,6 +130,7 @@ class WatchedPage {
   std::string address_;
   std::uint32_t dead_ = 0;
   bool enough_ = false;
+  double longest_wait_ms_ = 0, longest_script_ms_ = 0;
   Clock::time_point next_look_{};
 };
 
@@ -208,8 +214,10 @@ absl::Status RunGap(const PeopleSize& size, Report& report) {
     if (!extra.ok()) return extra.status();
     on_page.push_back(extra->page);
     on_socket.push_back(extra->viewer);
-    std::cerr << fmt::format("people: gap {} of {}: {:.2f} frames later on the page, {:.2f} on its socket\n", i + 1,
-                             size.kills, extra->page, extra->viewer);
+    std::cerr << fmt::format(
+        "people: gap {} of {}: {:.2f} frames later on the page, {:.2f} on its socket; longest from picture to picture "
+        "{:.0f} ms, {:.0f} ms of script\n",
+        i + 1, size.kills, extra->page, extra->viewer, page.longest_wait_ms(), page.longest_script_ms());
   }
   const std::string config = fmt::format("bodies={}", kGapBodies);
   report.Add("gap", kPeopleEngine, config, "kills", size.kills, "1");

@@ -5,7 +5,10 @@ import * as THREE from 'three';
 import type { Cell, PartitionMap } from '../protocol/messages.ts';
 import { regionColour, regionCss } from './colours.ts';
 
-const LONG_SIDE = 2048; // pixels of the picture
+// Pixels of the picture. It is drawn anew whenever a region dies or comes back, just when bodies are to move again, so
+// that without a graphics card it must cost no more than a picture of the world does.
+const LONG_SIDE = 2048;
+const LONG_SIDE_IN_SOFTWARE = 1024;
 const DEAD = '#7c8290';
 
 export interface Theme {
@@ -20,18 +23,20 @@ export class Territory {
   // The part of x and z that the picture covers: minimum x, minimum z, 1 / width, 1 / depth.
   readonly area = new THREE.Vector4(0, 0, 1, 1);
   private readonly canvas = document.createElement('canvas');
+  private readonly context: CanvasRenderingContext2D;
+  private readonly scale: number; // widths of lines are multiplied by it, so that they are alike on the ground
   readonly texture = new THREE.CanvasTexture(this.canvas);
 
-  constructor() {
+  constructor(software: boolean) {
+    this.scale = software ? LONG_SIDE_IN_SOFTWARE / LONG_SIDE : 1;
+    // Without a card the browser would draw lines and letters by the shaders of an emulated one.
+    this.context = this.canvas.getContext('2d', { willReadFrequently: software })!;
+    this.texture.anisotropy = software ? 1 : 8;
     this.texture.colorSpace = THREE.SRGBColorSpace;
     this.texture.flipY = false;
     this.texture.generateMipmaps = true;
     this.texture.minFilter = THREE.LinearMipmapLinearFilter;
     this.texture.wrapS = this.texture.wrapT = THREE.ClampToEdgeWrapping;
-  }
-
-  setSharpness(anisotropy: number): void {
-    this.texture.anisotropy = anisotropy;
   }
 
   // Plain light takes colours as the screen is told, and what is cheap to look up: the level of detail is not blended.
@@ -47,7 +52,7 @@ export class Territory {
     const width_m = Math.max(1e-3, max_x - min_x);
     const depth_m = Math.max(1e-3, max_z - min_z);
     this.area.set(min_x, min_z, 1 / width_m, 1 / depth_m);
-    const pixels = LONG_SIDE / Math.max(width_m, depth_m); // a metre
+    const pixels = (this.scale * LONG_SIDE) / Math.max(width_m, depth_m); // a metre
     const width = Math.max(2, Math.round(width_m * pixels));
     const height = Math.max(2, Math.round(depth_m * pixels));
     if (this.canvas.width !== width || this.canvas.height !== height) {
@@ -55,7 +60,7 @@ export class Territory {
       this.canvas.height = height;
       this.texture.dispose();
     }
-    const context = this.canvas.getContext('2d')!;
+    const { context, scale } = this;
     context.fillStyle = theme.ground;
     context.fillRect(0, 0, width, height);
     const x = (value: number) => (value - min_x) * pixels;
@@ -64,9 +69,9 @@ export class Territory {
       context.globalAlpha = dead.has(cell.owner) ? 0.1 : 0.2;
       context.fillStyle = dead.has(cell.owner) ? DEAD : regionCss(cell.owner);
       context.fillRect(x(cell.min_x), z(cell.min_z), x(cell.max_x) - x(cell.min_x), z(cell.max_z) - z(cell.min_z));
-      if (dead.has(cell.owner)) hatch(context, x(cell.min_x), z(cell.min_z), x(cell.max_x), z(cell.max_z));
+      if (dead.has(cell.owner)) hatch(context, x(cell.min_x), z(cell.min_z), x(cell.max_x), z(cell.max_z), scale);
     }
-    grid(context, bounds, pixels, theme);
+    grid(context, bounds, pixels, scale, theme);
     for (const region of map.regions) label(context, map, region, dead, x, z, theme);
     this.texture.needsUpdate = true;
     this.hang(map.cells, bounds, dead);
@@ -140,15 +145,15 @@ export function borders(cells: Cell[]): Border[] {
   return found;
 }
 
-function hatch(context: CanvasRenderingContext2D, x0: number, z0: number, x1: number, z1: number): void {
+function hatch(context: CanvasRenderingContext2D, x0: number, z0: number, x1: number, z1: number, scale: number): void {
   context.save();
   context.beginPath();
   context.rect(x0, z0, x1 - x0, z1 - z0);
   context.clip();
   context.globalAlpha = 0.16;
   context.strokeStyle = DEAD;
-  context.lineWidth = 10;
-  for (let at = x0 - (z1 - z0); at < x1; at += 36) {
+  context.lineWidth = 10 * scale;
+  for (let at = x0 - (z1 - z0); at < x1; at += 36 * scale) {
     context.beginPath();
     context.moveTo(at, z1);
     context.lineTo(at + (z1 - z0), z0);
@@ -162,14 +167,14 @@ export function gridStep(extent_m: number): number {
   return Math.max(1, 10 ** Math.floor(Math.log10(extent_m / 8)));
 }
 
-function grid(context: CanvasRenderingContext2D, bounds: number[], pixels: number, theme: Theme): void {
+function grid(context: CanvasRenderingContext2D, bounds: number[], pixels: number, scale: number, theme: Theme): void {
   const extent = Math.max(bounds[3]! - bounds[0]!, bounds[5]! - bounds[2]!);
   const coarse = gridStep(extent);
   context.strokeStyle = theme.ink;
   for (const step of [coarse / 5, coarse]) {
-    if (step * pixels < 12) continue;
+    if (step * pixels < 12 * scale) continue;
     context.globalAlpha = step === coarse ? 0.17 : 0.06;
-    context.lineWidth = step === coarse ? 2.5 : 1.5;
+    context.lineWidth = (step === coarse ? 2.5 : 1.5) * scale;
     context.beginPath();
     for (let at = Math.ceil(bounds[0]! / step) * step; at <= bounds[3]!; at += step) {
       context.moveTo((at - bounds[0]!) * pixels, 0);

@@ -36,7 +36,7 @@ export class WorldView {
   own = -1;
   readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
-  private readonly territory = new Territory();
+  private readonly territory: Territory;
   private readonly light = new PlainLight();
   private readonly sky = new THREE.HemisphereLight('#ffffff', '#8a90a0', 1.9);
   private readonly sun = new THREE.DirectionalLight('#fff4e0', 2.0);
@@ -66,7 +66,7 @@ export class WorldView {
     }
     this.renderer.setPixelRatio(this.software ? 1 : Math.min(2, devicePixelRatio));
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
-    this.territory.setSharpness(this.software ? 1 : 8);
+    this.territory = new Territory(this.software);
     this.rig = new CameraRig(canvas);
     const settled = (numbers: number[]) => {
       this.batches.redraw(numbers);
