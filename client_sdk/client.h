@@ -190,8 +190,9 @@ struct SeenBody {
 struct ShownBody {
   BodyId id;
   Pose pose;
-  bool extrapolated = false;  // its newest state is older than the moment that is shown
-  bool predicted = false;     // as it will be when the inputs already made act
+  bool extrapolated = false;       // its newest state is older than the moment that is shown
+  bool predicted = false;          // as it will be when the inputs already made act
+  const SeenBody* seen = nullptr;  // as World() has it, until the next Poll; null: it does not
   // While PredictSpawn alone shows it; once World() has it they are 0.
   Vec3f velocity_m_s{}, spin_rad_s{};
 };

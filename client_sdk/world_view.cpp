@@ -43,20 +43,38 @@ WorldView::WorldView(double tick_rate_hz, double snapshot_ticks, std::vector<Pro
 
 void WorldView::Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
                      std::vector<ClientEvent>& events) {
-  for (const replication::BodyRecord& body : snapshot.bodies) TakeBody(from, snapshot.tick, body, events);
+  // All are looked up first, so that this waits for memory in many places at once, and then asked for ahead.
+  taken_.clear();
+  for (const replication::BodyRecord& body : snapshot.bodies) {
+    const auto known = tracks_.find(body.id);
+    taken_.push_back(known != tracks_.end() ? &known->second : nullptr);
+  }
+  constexpr std::size_t kAhead = 4;
+  for (std::size_t i = 0; i < taken_.size(); ++i) {
+    if (const Track* later = i + kAhead < taken_.size() ? taken_[i + kAhead] : nullptr; later != nullptr) {
+      physics::Prefetch(later->seen, sizeof(SeenBody));
+      physics::Prefetch(&later->samples.back(), 2 * sizeof(Sample));
+    }
+    TakeBody(from, snapshot.tick, snapshot.bodies[i], taken_[i], events);
+  }
   for (const replication::DepartureRecord& departure : snapshot.departures) TakeDeparture(now, departure, events);
 }
 
-void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body,
+void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body, Track* known,
                          std::vector<ClientEvent>& events) {
   const auto removed = removed_.find(body.id);
   if (removed != removed_.end()) {
     if (body.epoch <= removed->second) return;
     removed_.erase(removed);
   }
-  if (tracks_.size() >= max_bodies_ && !tracks_.contains(body.id)) return;
-  const auto [at, fresh] = tracks_.try_emplace(body.id);
-  Track& track = at->second;
+  bool fresh = false;
+  if (known == nullptr) {
+    if (tracks_.size() >= max_bodies_ && !tracks_.contains(body.id)) return;
+    const auto [at, is_new] = tracks_.try_emplace(body.id);
+    known = &at->second;
+    fresh = is_new;
+  }
+  Track& track = *known;
   if (fresh) {
     track.seen = &seen_.emplace(body.id, SeenBody{body.id, from, body.epoch, tick, body.state}).first->second;
     disordered_ = true;
@@ -259,19 +277,22 @@ ShownBody WorldView::Show(Track& track, double tick, double rate_hz) {
   while (track.first + 1 < samples.size() && AsDouble(samples[track.first + 1].tick) <= tick) ++track.first;
   const Sample& before = samples[track.first];
   const double past = tick - AsDouble(before.tick);
-  if (past <= 0 || (track.count() == 1 && before.at_rest)) return {id, before.pose, false};
+  const auto shown = [&](const Pose& pose, bool extrapolated) {
+    return ShownBody{.id = id, .pose = pose, .extrapolated = extrapolated, .seen = track.seen};
+  };
+  if (past <= 0 || (track.count() == 1 && before.at_rest)) return shown(before.pose, false);
   if (track.count() > 1) {
     const Sample& after = samples[track.first + 1];
     // It was put elsewhere: it is not shown on a way that it did not go.
-    if (after.jumps != before.jumps) return {id, before.pose, false};
+    if (after.jumps != before.jumps) return shown(before.pose, false);
     const double share = past / AsDouble(Tick(static_cast<std::uint64_t>(after.tick - before.tick)));
-    return {id, Between(before.pose, after.pose, share), false};
+    return shown(Between(before.pose, after.pose, share), false);
   }
   ++extrapolations_;
   // Ticks are the world's own seconds, whatever its rate on the wall.
   const double limit_ticks = std::chrono::duration<double>(Client::kMaxExtrapolation).count() * rate_hz;
   const double seconds = std::min(past, limit_ticks) / tick_rate_hz_;
-  return {id, Ahead(before.pose, before.linear_velocity, before.angular_velocity, seconds), true};
+  return shown(Ahead(before.pose, before.linear_velocity, before.angular_velocity, seconds), true);
 }
 
 }  // namespace tessera::client

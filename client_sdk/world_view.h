@@ -69,7 +69,9 @@ class WorldView {
     std::optional<TimePoint> expires;
   };
 
-  void TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body, std::vector<ClientEvent>& events);
+  // `known`: its track, if it had one before the snapshot.
+  void TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body, Track* known,
+                std::vector<ClientEvent>& events);
   void TakeProperties(RegionId from, SeenBody& seen, std::shared_ptr<const replication::Bytes> properties,
                       std::vector<ClientEvent>& events) const;
   void TakeDeparture(TimePoint now, const replication::DepartureRecord& departure, std::vector<ClientEvent>& events);
@@ -85,6 +87,7 @@ class WorldView {
   std::size_t max_bodies_;
   std::map<BodyId, SeenBody> seen_;
   std::unordered_map<BodyId, Track> tracks_;   // the same bodies as seen_
+  std::vector<Track*> taken_;                  // by body of the snapshot that is taken; null: it was not known
   std::vector<Track*> in_order_;               // `tracks_` ascending by id, unless `disordered_`
   bool disordered_ = false;                    // a body came or went since
   TimePoint first_expiry_ = TimePoint::max();  // no track expires before

@@ -48,55 +48,69 @@ const Picture& PictureMaker::Make(client::Client& client, client::TimePoint now,
   picture_.time_s = std::chrono::duration<double>(taken_at.time_since_epoch()).count();
   picture_.paused = paused;
   picture_.bodies.clear();
-  next_.clear();
   const std::vector<client::ShownBody> shown = client.Interpolated(now);
-  const std::map<BodyId, client::SeenBody>& world = client.World();
-  auto known = known_.begin();
-  auto seen = world.begin();
-  for (const client::ShownBody& body : shown) {
-    while (known != known_.end() && known->id < body.id) ++known;
-    while (seen != world.end() && seen->first < body.id) ++seen;
-    const bool is_known = known != known_.end() && known->id == body.id && !NameHasCome(client, *known);
-    std::unique_ptr<const Identity> identity = is_known ? std::move(known->identity) : Identify(client, body.id);
-    if (identity == nullptr) continue;  // no shape of the scene
-    const Vec3d origin = Rotate(body.pose.orientation, book_->OriginOf(identity->shape));
+  Follow(client, shown);
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const client::ShownBody& body = shown[i];
+    const Known& known = known_[i];
+    if (known.identity == nullptr) continue;
+    const Vec3d origin = Rotate(body.pose.orientation, book_->OriginOf(known.shape));
     PictureBody& out = picture_.bodies.emplace_back();
     out.id = body.id;
-    out.identity = identity.get();
+    out.identity = known.identity.get();
+    out.number = known.number;
     out.position = PackPosition(body.pose.position + origin);
     out.orientation = PackOrientation(body.pose.orientation);
     if (body.extrapolated) out.state |= kExtrapolatedState;
     if (body.predicted) out.state |= kPredictedState;
-    if (seen != world.end() && seen->first == body.id) {
-      out.owner = seen->second.region.value();
-      out.speed = seen->second.state.asleep ? 0 : PackSpeed(seen->second.state.linear_velocity);
-      if (seen->second.state.asleep) out.state |= kAsleepState;
-    }
-    next_.push_back({body.id, std::move(identity)});
+    if (body.seen == nullptr) continue;
+    const BodyState& state = body.seen->state;
+    out.owner = body.seen->region.value();
+    out.speed = state.asleep ? 0 : PackSpeed(state.linear_velocity);
+    if (state.asleep) out.state |= kAsleepState;
   }
-  known_.swap(next_);
   return picture_;
 }
 
-// A player's name comes with its body's properties, which may come later than the body.
-bool PictureMaker::NameHasCome(const client::Client& client, const Known& known) const {
-  const Identity& identity = *known.identity;
-  return identity.player != PlayerNumber() && identity.name.empty() && !client.NameOf(identity.player).empty();
+void PictureMaker::Follow(const client::Client& client, const std::vector<client::ShownBody>& shown) {
+  const auto same_body = [](const client::ShownBody& body, const Known& known) { return body.id == known.id; };
+  if (!std::ranges::equal(shown, known_, same_body)) {
+    next_.clear();
+    auto known = known_.begin();
+    for (const client::ShownBody& body : shown) {
+      while (known != known_.end() && known->id < body.id) ++known;
+      if (known != known_.end() && known->id == body.id) {
+        next_.push_back(std::move(*known));
+      } else {
+        next_.push_back({.id = body.id});
+      }
+    }
+    known_.swap(next_);
+  }
+  for (Known& known : known_) {
+    // A player's name comes with its body's properties, which may come later than the body.
+    const bool named = known.lacks_name && !client.NameOf(known.identity->player).empty();
+    if (named || known.identity == nullptr) Identify(client, known);
+  }
 }
 
-std::unique_ptr<const Identity> PictureMaker::Identify(const client::Client& client, BodyId id) {
-  const BodyDef* def = client.DefOf(id);
-  if (def == nullptr || def->shape == nullptr) return nullptr;
+void PictureMaker::Identify(const client::Client& client, Known& known) {
+  const BodyDef* def = client.DefOf(known.id);
+  if (def == nullptr || def->shape == nullptr) return;
+  const std::uint32_t shape = book_->NumberOf(*def->shape);
+  if (shape == 0) return;
   auto identity = std::make_unique<Identity>();
-  identity->number = ++last_identity_;
-  identity->shape = book_->NumberOf(*def->shape);
-  if (identity->shape == 0) return nullptr;
+  identity->shape = shape;
   if (def->trigger) identity->flags |= kTriggerFlag;
   if (def->kinematic) identity->flags |= kKinematicFlag;
-  identity->player = PlayerOf(id);
+  identity->player = PlayerOf(known.id);
   identity->name = identity->player == PlayerNumber() ? def->name : client.NameOf(identity->player);
   identity->mass_kg = static_cast<float>(def->mass_kg);
-  return identity;
+  known = {.id = known.id,
+           .number = ++last_identity_,
+           .shape = shape,
+           .lacks_name = identity->player != PlayerNumber() && identity->name.empty(),
+           .identity = std::move(identity)};
 }
 
 }  // namespace tessera::gateway

@@ -22,7 +22,6 @@
 namespace tessera::gateway {
 
 struct Identity {
-  std::uint32_t number = 0;  // number of this identity, among all of a maker
   std::uint32_t shape = 0;
   std::uint8_t flags = 0;
   PlayerNumber player{};
@@ -33,6 +32,7 @@ struct Identity {
 struct PictureBody {
   BodyId id;
   const Identity* identity = nullptr;
+  std::uint32_t number = 0;                // this identity's, among all of a maker
   std::array<std::int64_t, 3> position{};  // place of the shape's origin, in steps
   std::uint32_t orientation = 0;
   std::uint32_t owner = 0, speed = 0;
@@ -58,12 +58,16 @@ class PictureMaker {
   const Picture& Make(client::Client& client, client::TimePoint now, client::TimePoint taken_at, bool paused);
 
  private:
+  // All that does not change about a body; each picture needs what stands beside the identity.
   struct Known {
     BodyId id;
-    std::unique_ptr<const Identity> identity;
+    std::uint32_t number = 0, shape = 0;
+    bool lacks_name = false;
+    std::unique_ptr<const Identity> identity{};  // null: it has no shape of the scene
   };
-  std::unique_ptr<const Identity> Identify(const client::Client& client, BodyId id);
-  bool NameHasCome(const client::Client& client, const Known& known) const;
+  // Makes known_ the bodies that are shown, one for one.
+  void Follow(const client::Client& client, const std::vector<client::ShownBody>& shown);
+  void Identify(const client::Client& client, Known& known);
 
   std::shared_ptr<const SceneBook> book_;
   Picture picture_;

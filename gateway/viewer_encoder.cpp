@@ -20,6 +20,17 @@ constexpr double kAppears_m = 2, kOtherChange_m = 0.05;
 // Nearer than this all bodies are equally near.
 constexpr double kNear_m = 10;
 
+// A change: an id, the mask, three differences, an orientation, an owner, a state and a speed, at most so long.
+constexpr std::size_t kVarint64_bytes = 10, kVarint32_bytes = 5;
+constexpr std::size_t kChange_bytes = 4 * kVarint64_bytes + 2 * kVarint32_bytes + 4 + 2;
+
+// As ByteWriter::Varint, where there is room.
+std::uint8_t* Put(std::uint8_t* to, std::uint64_t v) {
+  for (; v >= 0x80; v >>= 7) *to++ = static_cast<std::uint8_t>(v | 0x80);
+  *to++ = static_cast<std::uint8_t>(v);
+  return to;
+}
+
 std::uint64_t ZigZag(std::int64_t v) {
   return (static_cast<std::uint64_t>(v) << 1) ^ static_cast<std::uint64_t>(v >> 63);
 }
@@ -129,13 +140,13 @@ void ViewerEncoder::Write(const Picture& picture, const ViewerView& view, Room r
       next_.push_back(before != nullptr ? *before : Sent{.id = body.id, .there = false, .since = frame_});
       continue;
     }
-    const bool renamed = there && before->identity != body.identity->number;
+    const bool renamed = there && before->identity != body.number;
     const std::size_t length = appeared_.size() + changed_.size();
     if (renamed) Vanish(body.id);
     if (!there || renamed) Appear(body);
     Change(body, there && !renamed ? before : nullptr);
-    next_.push_back({body.id, true, frame_, body.identity->number, body.position, body.orientation, body.owner,
-                     body.speed, body.state});
+    next_.push_back(
+        {body.id, true, frame_, body.number, body.position, body.orientation, body.owner, body.speed, body.state});
     const std::size_t bytes = appeared_.size() + changed_.size() - length;
     if (room == Room::kForAll && bytes > 0) {
       candidates_.push_back({static_cast<std::uint32_t>(index), static_cast<std::uint32_t>(bytes), before});
@@ -203,18 +214,21 @@ void ViewerEncoder::Change(const PictureBody& body, const Sent* before) {
                                      (before->speed != body.speed ? kSpeedBit : 0));
     if (mask == 0) return;
   }
-  changed_.Varint(body.id.value() - last_changed_);
+  std::uint8_t* to = Put(changed_.Room(kChange_bytes), body.id.value() - last_changed_);
   last_changed_ = body.id.value();
-  changed_.U8(mask);
+  *to++ = mask;
   if ((mask & kPositionBit) != 0) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      changed_.Varint(ZigZag(body.position[axis] - (before == nullptr ? 0 : before->position[axis])));
+      to = Put(to, ZigZag(body.position[axis] - (before == nullptr ? 0 : before->position[axis])));
     }
   }
-  if ((mask & kOrientationBit) != 0) changed_.U32(body.orientation);
-  if ((mask & kOwnerBit) != 0) changed_.Varint(body.owner);
-  if ((mask & kStateBit) != 0) changed_.U8(body.state);
-  if ((mask & kSpeedBit) != 0) changed_.Varint(body.speed);
+  if ((mask & kOrientationBit) != 0) {
+    for (int shift = 0; shift < 32; shift += 8) *to++ = static_cast<std::uint8_t>(body.orientation >> shift);
+  }
+  if ((mask & kOwnerBit) != 0) to = Put(to, body.owner);
+  if ((mask & kStateBit) != 0) *to++ = body.state;
+  if ((mask & kSpeedBit) != 0) to = Put(to, body.speed);
+  changed_.Wrote(to);
   ++content_.changed;
 }
 

@@ -61,6 +61,7 @@ class PictureBuilder {
     PictureBody body;
     body.id = BodyId(id);
     body.identity = identity.get();
+    body.number = numbers_[id];
     body.position = PackPosition(position);
     body.orientation = PackOrientation(Quatd());
     body.owner = owner;
@@ -75,12 +76,15 @@ class PictureBuilder {
   }
   void Rename(std::uint64_t id, const std::string& name) {
     auto identity = std::make_unique<Identity>();
-    identity->number = ++last_;
     identity->shape = 1;
     identity->player = PlayerOf(BodyId(id));
     identity->name = name;
     identity->mass_kg = 2;
-    if (bodies_.contains(id)) bodies_[id].identity = identity.get();
+    numbers_[id] = ++last_;
+    if (bodies_.contains(id)) {
+      bodies_[id].identity = identity.get();
+      bodies_[id].number = last_;
+    }
     identities_[id] = std::move(identity);
   }
   const Picture& Make() {
@@ -93,6 +97,7 @@ class PictureBuilder {
   Picture picture_;
   std::map<std::uint64_t, PictureBody> bodies_;
   std::map<std::uint64_t, std::unique_ptr<Identity>> identities_;
+  std::map<std::uint64_t, std::uint32_t> numbers_;
   std::uint32_t last_ = 0;
 };
 

@@ -26,7 +26,6 @@ class ViewerSessionTest : public testing::Test {
                                   "plaza.textproto");
     EXPECT_TRUE(loaded.ok()) << loaded.status();
     scene_ = loaded->scene;
-    identity_.number = 1;
     identity_.shape = 2;
     view_.book = std::make_shared<SceneBook>(*scene_);
     Begin(1);
@@ -48,6 +47,7 @@ class ViewerSessionTest : public testing::Test {
     PictureBody body;
     body.id = BodyId(2);
     body.identity = &identity_;
+    body.number = 1;
     body.position = PackPosition({x, 0, 0});
     picture_.bodies = {body};
   }

@@ -1,5 +1,4 @@
 // The C interface: joining, polling, the world, moving.
-#include <map>
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/c_api/handle.h"
@@ -162,16 +161,12 @@ size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodi
   return GuardedValue(size_t{0}, [&] {
     client::Client& client = *handle->client;
     const std::vector<client::ShownBody> shown = client.Interpolated(At(now_ns));
-    const std::map<BodyId, client::SeenBody>& world = client.World();
     const BodyId own = client.own_body();
-    auto seen = world.begin();  // both are in the order of ids
     auto* at = reinterpret_cast<char*>(bodies);
     for (size_t i = 0; i < std::min(shown.size(), capacity); ++i, at += stride) {
-      const BodyId id = shown[i].id;
-      while (seen != world.end() && seen->first < id) ++seen;
-      const bool is_seen = seen != world.end() && seen->first == id;
+      const client::SeenBody* seen = shown[i].seen;
       tessera_body body =
-          is_seen ? BodyFrom(seen->second, shown[i].pose, own) : BodyFrom(OfNobody(shown[i]), shown[i].pose, own);
+          seen != nullptr ? BodyFrom(*seen, shown[i].pose, own) : BodyFrom(OfNobody(shown[i]), shown[i].pose, own);
       if (shown[i].extrapolated) body.flags |= TESSERA_BODY_EXTRAPOLATED;
       if (shown[i].predicted) body.flags |= TESSERA_BODY_PREDICTED;
       body.size = static_cast<uint32_t>(stride);

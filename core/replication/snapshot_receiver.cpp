@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/physics/prefetch.h"
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/codec/velocity.h"
 #include "core/replication/datagram.h"
@@ -23,12 +25,17 @@ constexpr std::uint64_t kOvertaking_ticks = 30;
 // old ones are dropped.
 constexpr std::size_t kHistoriesKept = 3;
 constexpr std::size_t kMaxTracked = kMaxBodies + kMaxPlayers;
+// A change is mostly predicted from samples among the newest of its body.
+constexpr std::size_t kSamplesAhead = 4;
 
 struct Sample {
   Tick tick;
   QuantizedState state;
   std::uint8_t jumps = 0;
 };
+
+struct TrackedBody;
+using TrackedEntry = std::pair<const BodyId, TrackedBody>;  // an entry of a hash table stays where it is
 
 struct TrackedBody {
   Epoch epoch;  // the ownership's; when `gone`, that of the one that ended or is out of interest
@@ -40,6 +47,7 @@ struct TrackedBody {
   BodyTuning tuning{};
   // Datagrams of tick `from` and later use no sample older than `needed`. 0: no sample is to be dropped.
   Tick from{}, needed{};
+  TrackedEntry* follower = nullptr;  // whichever came after it in a datagram last
 };
 
 struct ParsedBody {
@@ -86,12 +94,14 @@ struct SnapshotReceiver::Impl {
         predictor(quantizer, settings, settings.gravity_m_s2),
         velocities(settings) {}
 
-  // Parsing changes nothing but `parsed`.
+  // Parsing changes nothing but `parsed`, and who follows whom.
   absl::Status CheckSequence(std::uint32_t sequence) const;
   absl::Status Parse(std::span<const std::uint8_t> datagram);
   absl::Status ParseDepartures(BitReader& reader);
   absl::Status ParseChanges(BitReader& reader);
-  absl::Status ParseChange(BitReader& reader, const SampleTicks& ticks, bool with_velocities, ParsedBody& body);
+  absl::Status ParseChange(BitReader& reader, const SampleTicks& ticks, bool with_velocities, TrackedEntry* entry,
+                           ParsedBody& body);
+  TrackedEntry* FindAfter(TrackedEntry* before, BodyId id);
   absl::Status ParseFullRecords(BitReader& reader);
   absl::Status ParseProperties(BitReader& reader);
   static const Sample* Find(const TrackedBody& body, Tick tick);
@@ -142,8 +152,30 @@ const Sample* SnapshotReceiver::Impl::Find(const TrackedBody& body, Tick tick) {
   return after != body.samples.begin() && std::prev(after)->tick == tick ? &*std::prev(after) : nullptr;
 }
 
+// Null: there is none. Datagrams name bodies in much the same order each time, so the one that came after `before` last
+// time is likely that, and what is to be read next is asked for ahead: it lies anywhere, and a frame is long enough for
+// the caches to forget it.
+TrackedEntry* SnapshotReceiver::Impl::FindAfter(TrackedEntry* before, BodyId id) {
+  TrackedEntry* entry = before != nullptr ? before->second.follower : nullptr;
+  if (entry == nullptr || entry->first != id) {
+    const auto found = bodies.find(id);
+    if (found == bodies.end()) return nullptr;
+    entry = &*found;
+    if (before != nullptr) before->second.follower = entry;
+  }
+  const TrackedEntry* next = entry->second.follower;
+  if (next != nullptr) next = next->second.follower;
+  if (next != nullptr) {
+    const std::vector<Sample>& samples = next->second.samples;
+    const std::size_t count = std::min(samples.size(), kSamplesAhead);
+    physics::Prefetch(samples.data() + (samples.size() - count), count * sizeof(Sample));
+    physics::Prefetch(next->second.follower, sizeof(TrackedEntry));
+  }
+  return entry;
+}
+
 absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, const SampleTicks& ticks, bool with_velocities,
-                                                 ParsedBody& body) {
+                                                 TrackedEntry* entry, ParsedBody& body) {
   const std::uint64_t now = parsed.header.tick.value();
   if (ticks.ticks > now || ticks.gap > now - ticks.ticks || ticks.gap2 > now - ticks.ticks - ticks.gap) {
     return Malformed(absl::StrCat("body ", body.id.value(), ": samples from before the beginning"));
@@ -153,13 +185,13 @@ absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, const Sample
   const auto missing = [&](std::uint64_t of) {
     return absl::FailedPreconditionError(absl::StrCat("snapshot: body ", body.id.value(), ": no sample of tick ", of));
   };
-  const auto tracked = bodies.find(body.id);
-  if (tracked == bodies.end() || tracked->second.gone) return missing(base_tick);
-  const Sample* base = Find(tracked->second, Tick(base_tick));
+  if (entry == nullptr || entry->second.gone) return missing(base_tick);
+  TrackedBody& tracked = entry->second;
+  const Sample* base = Find(tracked, Tick(base_tick));
   if (base == nullptr) return missing(base_tick);
-  const Sample* older = ticks.gap != 0 ? Find(tracked->second, Tick(older_tick)) : nullptr;
+  const Sample* older = ticks.gap != 0 ? Find(tracked, Tick(older_tick)) : nullptr;
   if (ticks.gap != 0 && older == nullptr) return missing(older_tick);
-  const Sample* oldest = ticks.gap2 != 0 ? Find(tracked->second, body.oldest) : nullptr;
+  const Sample* oldest = ticks.gap2 != 0 ? Find(tracked, body.oldest) : nullptr;
   if (ticks.gap2 != 0 && oldest == nullptr) return missing(body.oldest.value());
   const Samples samples{.base = &base->state,
                         .older = older != nullptr ? &older->state : nullptr,
@@ -177,9 +209,9 @@ absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, const Sample
   const bool turned_before = older != nullptr && !SameTurn(base->state, older->state);
   if (turned || (velocities_follow && turned_before)) predictor.PredictTurn(samples, prediction);
   if (turned && !ReadTurn(reader, prediction, limit, body.state)) return out_of_range();
-  body.epoch = tracked->second.epoch;
+  body.epoch = tracked.epoch;
   body.jumps = base->jumps;
-  body.tracked = &tracked->second;
+  body.tracked = &tracked;
   body.has_velocities = with_velocities || body.state.asleep;
   if (!velocities_follow) return absl::OkStatus();
   const VelocityEstimate estimate = velocities.From(base->state, body.state, prediction, ticks.ticks, limit);
@@ -190,10 +222,12 @@ absl::Status SnapshotReceiver::Impl::ParseChanges(BitReader& reader) {
   FastListReader list(reader);
   BodyId id;
   SampleTicks ticks;
+  TrackedEntry* entry = nullptr;
   while (list.Next(id, ticks)) {
     ParsedBody& body = parsed.bodies.emplace_back();
     body.id = id;
-    absl::Status status = ParseChange(reader, ticks, list.has_velocities(), body);
+    entry = FindAfter(entry, id);
+    absl::Status status = ParseChange(reader, ticks, list.has_velocities(), entry, body);
     if (!status.ok()) return status;
   }
   return list.ok() ? absl::OkStatus() : Malformed("changes: ids do not ascend, or samples of no tick");
