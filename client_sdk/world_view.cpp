@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "client_sdk/blend.h"
-#include "core/physics/prefetch.h"
+#include "core/world/prefetch.h"
 
 namespace tessera::client {
 namespace {
@@ -52,8 +52,8 @@ void WorldView::Take(TimePoint now, RegionId from, const replication::ReceivedSn
   constexpr std::size_t kAhead = 4;
   for (std::size_t i = 0; i < taken_.size(); ++i) {
     if (const Track* later = i + kAhead < taken_.size() ? taken_[i + kAhead] : nullptr; later != nullptr) {
-      physics::Prefetch(later->seen, sizeof(SeenBody));
-      physics::Prefetch(&later->samples.back(), 2 * sizeof(Sample));
+      Prefetch(later->seen, sizeof(SeenBody));
+      Prefetch(&later->samples.back(), 2 * sizeof(Sample));
     }
     TakeBody(from, snapshot.tick, snapshot.bodies[i], taken_[i], events);
   }
@@ -260,11 +260,11 @@ std::vector<ShownBody> WorldView::At(double tick, double rate_hz) {
   // Tracks lie anywhere, and a frame is long enough for the caches to forget them.
   constexpr std::size_t kAhead = 6;
   for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i + 2 * kAhead < order.size()) physics::Prefetch(order[i + 2 * kAhead], sizeof(Track));
+    if (i + 2 * kAhead < order.size()) Prefetch(order[i + 2 * kAhead], sizeof(Track));
     if (i + kAhead < order.size()) {
       const Track& later = *order[i + kAhead];
-      physics::Prefetch(later.seen, sizeof(SeenBody));
-      physics::Prefetch(later.samples.data() + later.first, 3 * sizeof(Sample));
+      Prefetch(later.seen, sizeof(SeenBody));
+      Prefetch(later.samples.data() + later.first, 3 * sizeof(Sample));
     }
     shown.push_back(Show(*order[i], tick, rate_hz));
   }

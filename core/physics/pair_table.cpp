@@ -155,14 +155,14 @@ PairTable::Reads PairTable::ReadsOf(const Pair& pair) {
       return;
     case Reads::kCache:
       __builtin_prefetch(&pair);
-      physics::Prefetch(&pair.material, 3 * kLine);  // as far as the axis of the last search
+      tessera::Prefetch(&pair.material, 3 * kLine);  // as far as the axis of the last search
       return;
     case Reads::kPoint:
-      physics::Prefetch(&pair, 4 * kLine);
+      tessera::Prefetch(&pair, 4 * kLine);
       __builtin_prefetch(&pair.material);
       return;
     case Reads::kAll:
-      physics::Prefetch(&pair, sizeof(Pair));
+      tessera::Prefetch(&pair, sizeof(Pair));
   }
 }
 
@@ -171,8 +171,8 @@ void PairTable::Await(std::size_t index) const {
   if (index + kPairsAhead < active_.size()) Prefetch(active_[index + kPairsAhead]);
   if (index + kBodiesAhead >= active_.size()) return;
   const Listed& soon = active_[index + kBodiesAhead];
-  if (soon.low != active_[index + kBodiesAhead - 1].low) physics::Prefetch(soon.pair->low, kHotOfBody);
-  physics::Prefetch(soon.pair->high, kHotOfBody);
+  if (soon.low != active_[index + kBodiesAhead - 1].low) tessera::Prefetch(soon.pair->low, kHotOfBody);
+  tessera::Prefetch(soon.pair->high, kHotOfBody);
 }
 
 bool PairTable::Validate() const {

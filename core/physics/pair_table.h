@@ -13,9 +13,9 @@
 #include <span>
 #include <vector>
 
-#include "core/physics/prefetch.h"
 #include "core/physics/rigid_body.h"
 #include "core/physics/thread_team.h"
+#include "core/world/prefetch.h"
 
 namespace tessera::physics {
 

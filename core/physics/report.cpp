@@ -124,7 +124,7 @@ void Report::NoteContacts(std::span<const ActiveContact> contacts, absl::Functio
   team_.For(contacts.size(), kChunkReported, [this, contacts, crossed](std::size_t begin, std::size_t end) {
     constexpr std::size_t kAhead = 8;
     for (std::size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) Prefetch(contacts[i + kAhead].pair, kPairBytes);
+      if (i + kAhead < end) tessera::Prefetch(contacts[i + kAhead].pair, kPairBytes);
       Pair& pair = *contacts[i].pair;
       pair.substeps = contacts[i].substeps;
       Note(pair, crossed(&pair), &noted_[begin / kChunkReported]);
@@ -168,7 +168,8 @@ std::span<const PairImpulse> Report::ImpulsesOf(std::span<const std::uint8_t> bi
   const std::span<const ActiveContact> contacts = outcome.contacts;
   impulses_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i + kAhead < contacts.size() && asked(contacts[i + kAhead])) Prefetch(contacts[i + kAhead].pair, kPairBytes);
+    if (i + kAhead < contacts.size() && asked(contacts[i + kAhead]))
+      tessera::Prefetch(contacts[i + kAhead].pair, kPairBytes);
     if (!asked(contacts[i])) continue;
     const Pair& pair = *contacts[i].pair;
     if (pair.low == nullptr || !(pair.live || Acted(pair))) continue;

@@ -18,9 +18,9 @@
 #include "core/physics/contact_report.h"
 #include "core/physics/motion/damping.h"
 #include "core/physics/motion/predicted_motion.h"
-#include "core/physics/prefetch.h"
 #include "core/physics/support_hint.h"
 #include "core/physics/tuning.h"
+#include "core/world/prefetch.h"
 #include "core/world/scene.h"
 
 namespace tessera::physics {

@@ -6,13 +6,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/physics/prefetch.h"
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/codec/velocity.h"
 #include "core/replication/datagram.h"
 #include "core/replication/record_codec.h"
 #include "core/world/bytes.h"
 #include "core/world/limits.h"
+#include "core/world/prefetch.h"
 
 namespace tessera::replication {
 namespace {
@@ -168,8 +168,8 @@ TrackedEntry* SnapshotReceiver::Impl::FindAfter(TrackedEntry* before, BodyId id)
   if (next != nullptr) {
     const std::vector<Sample>& samples = next->second.samples;
     const std::size_t count = std::min(samples.size(), kSamplesAhead);
-    physics::Prefetch(samples.data() + (samples.size() - count), count * sizeof(Sample));
-    physics::Prefetch(next->second.follower, sizeof(TrackedEntry));
+    Prefetch(samples.data() + (samples.size() - count), count * sizeof(Sample));
+    Prefetch(next->second.follower, sizeof(TrackedEntry));
   }
   return entry;
 }

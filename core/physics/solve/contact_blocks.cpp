@@ -6,9 +6,9 @@
 #include <cstring>
 #include <utility>
 
-#include "core/physics/prefetch.h"
 #include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
+#include "core/world/prefetch.h"
 
 namespace tessera::physics {
 namespace {
@@ -18,8 +18,8 @@ constexpr std::size_t kAhead = 8;
 // As far as its points go. The line of the first one holds the beginning of the second one, too.
 [[gnu::always_inline]] inline void Prefetch(const Manifold& manifold, std::uint8_t kind) {
   constexpr std::size_t kOthers = (kManifoldPoints - 1) * sizeof(ManifoldPoint), kLast = 2 * sizeof(ManifoldPoint);
-  physics::Prefetch(&manifold, sizeof(Manifold) - kOthers);
-  if (kKindPoints[kind] > 1) physics::Prefetch(&manifold.points[2], kLast);
+  tessera::Prefetch(&manifold, sizeof(Manifold) - kOthers);
+  if (kKindPoints[kind] > 1) tessera::Prefetch(&manifold.points[2], kLast);
 }
 
 std::uint8_t KindOf(const ContactConstraint& contact) {

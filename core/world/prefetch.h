@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <span>
 
-namespace tessera::physics {
+namespace tessera {
 
 // All cache lines of `bytes` bytes from `at` on.
 [[gnu::always_inline]] inline void Prefetch(const void* at, std::size_t bytes) {
@@ -23,4 +23,4 @@ template <class Object>
   if (i + kAhead < objects.size()) Prefetch(objects[i + kAhead], bytes);
 }
 
-}  // namespace tessera::physics
+}  // namespace tessera
