@@ -200,7 +200,9 @@ TEST_F(ClientTest, TwoRegionsAreOneWorldThroughAHandover) {
     for (int more = 0; more < 3; ++more) PollOnce();
     if (i < 3) continue;  // by then it has been heard of, whatever was lost
     ASSERT_EQ(client->World().size(), 1u) << "tick " << tick;
-    ASSERT_EQ(client->Interpolated(now).size(), 1u);
+    const std::vector<ShownBody> shown = client->Interpolated(now);
+    ASSERT_EQ(shown.size(), 1u);
+    ASSERT_EQ(shown[0].seen, &client->World().at(kBall));
   }
   EXPECT_EQ(client->World().at(kBall).region, RegionId(2));
   EXPECT_EQ(client->World().at(kBall).epoch, Epoch(2));

@@ -36,6 +36,7 @@ TEST(ThrowTest, ABallIsDrawnAtOnceAndGoesOnAsTheServers) {
   stage.shown = stage.client->Interpolated(stage.now);
   ASSERT_NE(stage.Find(*thrown), nullptr) << "in the same frame";
   EXPECT_TRUE(stage.Find(*thrown)->predicted);
+  EXPECT_EQ(stage.Find(*thrown)->seen, nullptr) << "nobody but the player has it yet";
   ASSERT_TRUE(stage.Frame()) << stage.error;
   ASSERT_NE(stage.Find(*thrown), nullptr);
   const double begins_at = stage.Find(*thrown)->pose.position.x;
