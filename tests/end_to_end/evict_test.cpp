@@ -259,7 +259,7 @@ TEST_F(EvictedHostTest, ItsKeysAndRecordingsOpenNothing) {
   const support::Regions neighbours = Elsewhere();
   ASSERT_EQ(neighbours.size(), 2);
   EXPECT_FALSE(Opened(support::LinkKnocks(keys_, neighbours)).empty()) << "they are good as long as it is a host";
-  for (const support::Knocked& knocked : support::KnockAll(support::ForgedKnocks(keys_, neighbours))) {
+  for (const support::Knocked& knocked : support::KnockAll(support::ForgedKnocks(keys_, neighbours), kPatience)) {
     EXPECT_EQ(knocked.by_acceptor, net::Refused::kBadCredential) << "and make nobody else: " << knocked.said;
   }
 
@@ -282,10 +282,10 @@ TEST_F(EvictedHostTest, ItsKeysAndRecordingsOpenNothing) {
 
   EXPECT_THAT(std::string(Fetch().message()), HasSubstr("was removed"));
   const std::vector<support::Knock> links = support::LinkKnocks(keys_, Elsewhere());
-  for (const support::Knocked& knocked : support::KnockAll(links)) {
+  for (const support::Knocked& knocked : support::KnockAll(links, kPatience)) {
     EXPECT_EQ(knocked.answer, Answer::kRefused) << knocked.said;
   }
-  for (const support::Knocked& knocked : support::KnockAll(support::ForgedKnocks(keys_, Elsewhere()))) {
+  for (const support::Knocked& knocked : support::KnockAll(support::ForgedKnocks(keys_, Elsewhere()), kPatience)) {
     EXPECT_EQ(knocked.by_acceptor, net::Refused::kBadCredential) << knocked.said;
   }
   for (const support::RecordingRelay* relay : {&at_links, &at_game}) {
