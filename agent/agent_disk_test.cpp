@@ -78,11 +78,14 @@ TEST_F(AgentDiskTest, AStateFolderThatIsFullIsToldUntilThereIsRoom) {
     return control_.WaitUntil([=](const ControlRecord& r) { return r.acted_on == revision; });
   };
   ASSERT_TRUE(change(2));
+  // It is saved as the worker reports the order that it follows by now.
+  EXPECT_TRUE(agent->WaitForText("/workers.json: ")) << agent->Output();
   EXPECT_THAT(Metrics(), HasSubstr(Failing("workers.json", 1)));
   EXPECT_THAT(Metrics(), HasSubstr(Failing("orders", 1)));
   EXPECT_THAT(Metrics(), HasSubstr(Failing("host.json", 0))) << "nothing of it has changed";
   EXPECT_THAT(agent->Output(), ContainsRegex(" error [^ ]*: cannot save: "));
-  EXPECT_EQ(control_.record().reports.at(1).order_revision(), 2U) << "the worker runs on";
+  const auto follows = [](const ControlRecord& r) { return r.reports.at(1).order_revision() == 2U; };
+  EXPECT_TRUE(control_.WaitUntil(follows)) << "the worker runs on";
   Empty();
   for (const char* file : {"workers.json", "orders"}) {
     EXPECT_TRUE(agent->WaitForText(absl::StrCat("saved again file=", file))) << "by itself";
