@@ -202,7 +202,7 @@ test('the area of a region without a worker is grey until it is carried on', asy
   await whole(page);
   const after = await ground();
   assert.equal(regionOf(after), Number(await page.evaluate(owner)), `the ground again: ${after.join()}`);
-  assert.equal(await page.locator('tr.dead').count(), 0);
+  await holds('document.querySelectorAll("tr.dead").length === 0');
   await moves(page);
   await page.getByRole('button', { name: 'Overview' }).click();
 });

@@ -85,12 +85,12 @@ test('a dead region greys and comes back on its standby’s host', async () => {
   await page.waitForFunction('tessera.counts.dead.includes(4)', undefined, WAIT);
   const grey = await pixelAt(page, place);
   assert.ok(Math.max(...grey) - Math.min(...grey) < 40, `grey: ${grey.join()}`);
-  assert.equal(await page.locator('tr.dead').count(), 1);
+  await page.waitForFunction('document.querySelectorAll("tr.dead").length === 1', undefined, WAIT);
   steps(130);
   await page.waitForFunction('tessera.counts.dead.length === 0', undefined, WAIT);
   const [red, green] = await pixelAt(page, place);
   assert.ok(red > 1.3 * green, 'region 4 is pink again');
-  assert.match(await page.locator('#room tbody tr:nth-child(4)').innerText(), /host-1/);
+  await page.locator('#room tbody tr:nth-child(4)', { hasText: 'host-1' }).waitFor(WAIT);
 });
 
 test('a click shows a body, and its properties as they come', async () => {
@@ -175,7 +175,7 @@ test('bodies take the colours of a property that the world declares', async () =
   const [low, high] = [with_(0)[0]!, with_(99)[0]!];
   assert.ok(low[2]! > 2 * low[0]! && high[0]! > 2 * high[2]!, `from blue ${low.join()} to red ${high.join()}`);
   await page.getByLabel('Colour bodies by').selectOption('region');
-  assert.equal(await page.locator('#legend', { hasText: 'region 1' }).count(), 1);
+  await page.locator('#legend', { hasText: 'region 1' }).waitFor(WAIT);
 });
 
 test('the gateway is told what is looked at, and the page says when bytes are scarce', async () => {
