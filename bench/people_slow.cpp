@@ -82,7 +82,7 @@ absl::Status RunSlowViewers(const PeopleSize& size, Report& report) {
                              round + 1, size.slow_rounds, outcome.memory.back(), outcome.delay.back(),
                              outcome.beside_ms.back(), outcome.alone_ms.back());
   }
-  const std::string config = fmt::format("bodies={},slow={}", size.bodies, size.slow_viewers);
+  const std::string config = fmt::format("bodies={} slow={}", size.bodies, size.slow_viewers);
   report.Add("slow", kPeopleEngine, config, "rounds", size.slow_rounds, "1");
   AddSpread(report, "slow", config, "slow_viewer_memory_ratio", outcome.memory, "1");
   AddSpread(report, "slow", config, "slow_viewer_memory_grown", outcome.grown_bytes, "bytes");

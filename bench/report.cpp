@@ -15,6 +15,9 @@ void AddUnique(std::vector<std::string>& list, const std::string& item) {
   if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
 }
 
+// As RFC 4180 has it.
+std::string CsvField(const std::string& text) { return text.find(',') == std::string::npos ? text : '"' + text + '"'; }
+
 }  // namespace
 
 void Report::Add(const std::string& scene, const std::string& engine, const std::string& config,
@@ -70,7 +73,8 @@ absl::Status Report::WriteCsv(const std::string& path) const {
   std::ofstream out(path, std::ios::trunc);
   out << "suite,scene,engine,config,metric,value,unit\n";
   for (const Figure& f : figures_) {
-    out << fmt::format("{},{},{},{},{},{:.9g},{}\n", f.suite, f.scene, f.engine, f.config, f.metric, f.value, f.unit);
+    out << fmt::format("{},{},{},{},{},{:.9g},{}\n", f.suite, CsvField(f.scene), f.engine, CsvField(f.config), f.metric,
+                       f.value, f.unit);
   }
   out.close();
   if (!out) return absl::PermissionDeniedError(fmt::format("--csv {}: cannot be written", path));

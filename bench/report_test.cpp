@@ -45,10 +45,14 @@ TEST(ReportTest, CsvHasAFigureALine) {
   const std::string file = testing::TempDir() + "/report_test.csv";
   Report report("suite");
   report.Add("scene", "tessera", "n=1", "step", 0.25, "s");
+  report.Add("scene", "tessera", "n=1,m=2", "step", 0.5, "s");
   ASSERT_TRUE(report.WriteCsv(file).ok());
   std::ifstream in(file);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  EXPECT_EQ(text, "suite,scene,engine,config,metric,value,unit\nsuite,scene,tessera,n=1,step,0.25,s\n");
+  EXPECT_EQ(text,
+            "suite,scene,engine,config,metric,value,unit\n"
+            "suite,scene,tessera,n=1,step,0.25,s\n"
+            "suite,scene,tessera,\"n=1,m=2\",step,0.5,s\n");
   std::filesystem::remove(file);
 }
 

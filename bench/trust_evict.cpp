@@ -182,7 +182,7 @@ absl::Status RunEvictions(const TrustSize& size, Report& report) {
     for (std::uint32_t i = 0; i < size.evictions; ++i) {
       if (absl::Status status = EvictOne(size, agent_stands, evictions); !status.ok()) return status;
     }
-    const std::string config = fmt::format("regions={}{}", size.regions, agent_stands ? ",agent=stands" : "");
+    const std::string config = fmt::format("regions={}{}", size.regions, agent_stands ? " agent=stands" : "");
     const FailoverOutcome& outcome = evictions.outcome;
     report.Add("evict", kTrustEngine, config, "evictions", outcome.runs, "1");
     report.Add("evict", kTrustEngine, config, "evict_dropped", outcome.clients_dropped, "1");
