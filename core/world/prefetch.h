@@ -6,14 +6,17 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 namespace tessera {
 
-// All cache lines of `bytes` bytes from `at` on.
+// All cache lines of `bytes` bytes from `at` on, which may be null or any other address: it is counted as a number, since
+// a pointer may not leave its object.
 [[gnu::always_inline]] inline void Prefetch(const void* at, std::size_t bytes) {
   constexpr std::size_t kLine = 64;
-  for (std::size_t i = 0; i < bytes; i += kLine) __builtin_prefetch(static_cast<const char*>(at) + i);
+  const auto begin = reinterpret_cast<std::uintptr_t>(at);
+  for (std::size_t i = 0; i < bytes; i += kLine) __builtin_prefetch(reinterpret_cast<const void*>(begin + i));
 }
 
 // The first `bytes` of the object to which a loop over `objects` comes some iterations after number i.
