@@ -1,6 +1,7 @@
 // Attacks at the doors of a control plane: what gets through, what they cost it, and who waits meanwhile; then its
 // memory over much coming and going.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <atomic>
@@ -28,6 +29,9 @@ namespace {
 constexpr std::uint32_t kCallsBeside = 500;  // at least, where an attack can be repeated
 constexpr std::size_t kMaxSaid_bytes = 1 << 20;
 constexpr std::chrono::seconds kAttackPatience{180};
+constexpr std::chrono::seconds kRest{5}, kRestPatience{180};
+constexpr std::chrono::milliseconds kRestPoll{500};
+constexpr double kRestless_mb = 0.005;
 
 // An operator's calls, in turns at the socket and at the door by TLS, each by a connection of its own.
 struct OperatorsCalls {
@@ -155,18 +159,44 @@ absl::Status RunAttacks(const TrustSize& size, Report& report) {
 
 namespace {
 
-// The most memory after any tenth but the first against that after the first.
-double GrowthRatio(const TrustStage& stage, std::uint32_t times, const std::function<void()>& act) {
+// The heap when it has come to rest: who has left an instance is kept for a minute, so that what is in use while many
+// come and go says how many did in the last minute. At rest: no lower than it has been for some seconds.
+double RestingHeapMegabytes(const TrustStage& stage) {
+  double lowest_mb = stage.HeapMegabytes();
+  const auto begin = std::chrono::steady_clock::now();
+  for (auto lowest_at = begin; std::chrono::steady_clock::now() - lowest_at < kRest;) {
+    std::this_thread::sleep_for(kRestPoll);
+    const double heap_mb = stage.HeapMegabytes();
+    if (heap_mb >= lowest_mb - kRestless_mb) continue;
+    lowest_mb = heap_mb;
+    lowest_at = std::chrono::steady_clock::now();
+    if (lowest_at - begin > kRestPatience) throw local::CommandError("churn: the heap does not come to rest");
+  }
+  return lowest_mb;
+}
+
+// The most after any tenth but the first against that after the first.
+double Growth(const std::string& what, const std::vector<double>& after_tenths_mb) {
+  std::cerr << fmt::format("trust: churn: {}, MB after each tenth: {:.2f}\n", what, fmt::join(after_tenths_mb, " "));
+  return *std::max_element(after_tenths_mb.begin() + 1, after_tenths_mb.end()) / after_tenths_mb.front();
+}
+
+// The growth of the heap in use, at rest, and beside it of all memory that is of no file: the heap with the pages that
+// malloc keeps for later, and stacks.
+void AddGrowth(const TrustStage& stage, const std::string& config, std::uint32_t times,
+               const std::function<void()>& act, Report& report) {
   const std::uint32_t tenth = std::max(1U, times / 10);
-  std::vector<double> heap_mb;
+  std::vector<double> heap_mb, anonymous_mb;
   for (std::uint32_t done = 1; done <= times; ++done) {
     act();
-    if (done % tenth == 0) heap_mb.push_back(stage.HeapMegabytes());
+    if (done % tenth != 0) continue;
+    heap_mb.push_back(RestingHeapMegabytes(stage));
+    anonymous_mb.push_back(stage.AnonymousMegabytes());
   }
-  const double highest_mb = *std::max_element(heap_mb.begin() + 1, heap_mb.end());
-  std::cerr << fmt::format("trust: churn: {:.2f} MB after a tenth, {:.2f} MB at the highest, {:.2f} MB in the end\n",
-                           heap_mb.front(), highest_mb, heap_mb.back());
-  return highest_mb / heap_mb.front();
+  report.Add("churn", kTrustEngine, config, "heap_growth_ratio", Growth(config + ": heap", heap_mb), "1");
+  report.Add("churn", kTrustEngine, config, "heap_mb", heap_mb.back(), "MB");
+  report.Add("churn", kTrustEngine, config, "memory_growth_ratio", Growth(config + ": memory", anonymous_mb), "1");
+  report.Add("churn", kTrustEngine, config, "memory_mb", anonymous_mb.back(), "MB");
 }
 
 }  // namespace
@@ -178,16 +208,16 @@ absl::Status RunChurn(const TrustSize& size, Report& report) {
     const std::string world = stage.CreateWorld(false);
     constexpr int kThreads = 4, kEach = 25;
     const std::uint32_t rounds = std::max(10U, size.churn_joins / (kThreads * kEach));
-    const double ratio = GrowthRatio(stage, rounds, [&] {
+    const auto join = [&] {
       const support::Outcome outcome = support::JoinAndLeave(stage.target(), world, kThreads, kEach);
       if (!outcome.through.empty()) throw local::CommandError("churn: " + outcome.through.front());
-    });
-    report.Add("churn", kTrustEngine, fmt::format("joins={}", rounds * kThreads * kEach), "heap_growth_ratio", ratio,
-               "1");
+    };
+    AddGrowth(stage, fmt::format("joins={}", rounds * kThreads * kEach), rounds, join, report);
   }
   TrustStage stage;
-  const double ratio = GrowthRatio(stage, size.churn_worlds, [&] { stage.DeleteWorld(stage.CreateWorld(true)); });
-  report.Add("churn", kTrustEngine, fmt::format("worlds={}", size.churn_worlds), "heap_growth_ratio", ratio, "1");
+  AddGrowth(
+      stage, fmt::format("worlds={}", size.churn_worlds), size.churn_worlds,
+      [&] { stage.DeleteWorld(stage.CreateWorld(true)); }, report);
   return absl::OkStatus();
 }
 

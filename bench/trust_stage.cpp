@@ -3,9 +3,12 @@
 #include <cmath>
 #include <utility>
 
+#include "bench/scrape.h"
 #include "core/world/scene_io.h"
+#include "local_cluster/command_error.h"
 #include "local_cluster/instance_state.h"
 #include "local_cluster/scene_file.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::bench {
 namespace {
@@ -55,6 +58,11 @@ TrustStage::TrustStage(std::vector<std::string> control_arguments)
   target_ = {.socket = cluster_->control_address(),
              .operators = cluster_->operators_address() + "#" + authority.fingerprint(),
              .players = cluster_->players_address() + "#" + authority.fingerprint()};
+}
+
+double TrustStage::HeapMegabytes() const {
+  const telemetry::HttpAnswer answer = local::OrThrow(telemetry::HttpGet(cluster_->http_address(), "/metrics"));
+  return ParseMetrics(answer.body).at("tessera_control_heap_bytes") / 1e6;
 }
 
 std::string TrustStage::OperatorsToken() {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "control_plane/cluster/queries.h"
+#include "control_plane/heap_metrics.h"
 #include "control_plane/remembered.h"
 #include "prometheus/collectable.h"
 #include "prometheus/counter.h"
@@ -24,6 +25,7 @@ class ControlMetrics {
   ControlMetrics();
 
   std::shared_ptr<prometheus::Registry> registry() const { return registry_; }
+  std::shared_ptr<prometheus::Collectable> heap() const { return heap_; }
   void SetLeads(bool leads) { leads_.Set(leads ? 1 : 0); }
   // By result: placed, no_room, failed.
   void CountPlacement(const absl::Status& status);
@@ -42,6 +44,7 @@ class ControlMetrics {
 
  private:
   std::shared_ptr<prometheus::Registry> registry_;
+  const std::shared_ptr<HeapMetrics> heap_ = std::make_shared<HeapMetrics>();
   prometheus::Family<prometheus::Counter>& placements_;
   prometheus::Family<prometheus::Counter>& sessions_;
   prometheus::Family<prometheus::Gauge>& connections_;

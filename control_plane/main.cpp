@@ -1,6 +1,7 @@
 // tessera-control: the control plane of a cluster.
 #include <fmt/format.h>
 #include <grpcpp/grpcpp.h>
+#include <malloc.h>
 #include <signal.h>
 #include <sodium.h>
 #include <spdlog/spdlog.h>
@@ -39,6 +40,10 @@
 namespace tessera::control {
 namespace {
 
+// Dozens of threads answer requests. With an arena of malloc for each, each keeps as much as the largest request took
+// that ever came to it.
+constexpr int kArenas = 2;
+
 int Fail(const absl::Status& status) {
   std::fprintf(stderr, "tessera-control: %s\n", std::string(status.message()).c_str());
   return 1;
@@ -52,7 +57,10 @@ absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const Contro
   if (!token.ok()) return token.status();
   const auto tls = telemetry::ReadMetricsTls(flags.metrics_tls);
   if (!tls.ok()) return tls.status();
-  return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry(), *std::move(token), *tls);
+  auto server =
+      telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry(), *std::move(token), *tls);
+  if (server.ok()) (*server)->AddCollectable(metrics.heap());
+  return server;
 }
 
 // `doors`: as bound.
@@ -209,6 +217,7 @@ absl::Status Run(const ControlFlags& flags) {
 
 int main(int argc, char** argv) {
   using namespace tessera;
+  mallopt(M_ARENA_MAX, control::kArenas);
   control::ControlFlags flags;
   flags.settings.release = TESSERA_VERSION;
   CLI::App app(
