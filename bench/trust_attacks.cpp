@@ -29,6 +29,9 @@ namespace {
 constexpr std::uint32_t kCallsBeside = 500;  // at least, where an attack can be repeated
 constexpr std::size_t kMaxSaid_bytes = 1 << 20;
 constexpr std::chrono::seconds kAttackPatience{180};
+// Who has left an instance is kept for a minute (keep_left_players of control_settings.h), and a second passes until the
+// last are forgotten.
+constexpr std::chrono::seconds kLeftAreKept{62};
 constexpr std::chrono::seconds kRest{5}, kRestPatience{180};
 constexpr std::chrono::milliseconds kRestPoll{500};
 constexpr double kRestless_mb = 0.005;
@@ -159,18 +162,19 @@ absl::Status RunAttacks(const TrustSize& size, Report& report) {
 
 namespace {
 
-// The heap when it has come to rest: who has left an instance is kept for a minute, so that what is in use while many
-// come and go says how many did in the last minute. At rest: no lower than it has been for some seconds.
-double RestingHeapMegabytes(const TrustStage& stage) {
+// The heap when it has come to rest: when all is forgotten that is kept for a time, and it has not fallen for some
+// seconds.
+double RestingHeapMegabytes(const TrustStage& stage, std::chrono::seconds kept) {
   double lowest_mb = stage.HeapMegabytes();
   const auto begin = std::chrono::steady_clock::now();
-  for (auto lowest_at = begin; std::chrono::steady_clock::now() - lowest_at < kRest;) {
+  auto now = begin, lowest_at = begin;
+  for (; now < begin + kept || now < lowest_at + kRest; now = std::chrono::steady_clock::now()) {
+    if (now - begin > kRestPatience) throw local::CommandError("churn: the heap does not come to rest");
     std::this_thread::sleep_for(kRestPoll);
     const double heap_mb = stage.HeapMegabytes();
     if (heap_mb >= lowest_mb - kRestless_mb) continue;
     lowest_mb = heap_mb;
     lowest_at = std::chrono::steady_clock::now();
-    if (lowest_at - begin > kRestPatience) throw local::CommandError("churn: the heap does not come to rest");
   }
   return lowest_mb;
 }
@@ -183,14 +187,14 @@ double Growth(const std::string& what, const std::vector<double>& after_tenths_m
 
 // The growth of the heap in use, at rest, and beside it of all memory that is of no file: the heap with the pages that
 // malloc keeps for later, and stacks.
-void AddGrowth(const TrustStage& stage, const std::string& config, std::uint32_t times,
+void AddGrowth(const TrustStage& stage, const std::string& config, std::chrono::seconds kept, std::uint32_t times,
                const std::function<void()>& act, Report& report) {
   const std::uint32_t tenth = std::max(1U, times / 10);
   std::vector<double> heap_mb, anonymous_mb;
   for (std::uint32_t done = 1; done <= times; ++done) {
     act();
     if (done % tenth != 0) continue;
-    heap_mb.push_back(RestingHeapMegabytes(stage));
+    heap_mb.push_back(RestingHeapMegabytes(stage, kept));
     anonymous_mb.push_back(stage.AnonymousMegabytes());
   }
   report.Add("churn", kTrustEngine, config, "heap_growth_ratio", Growth(config + ": heap", heap_mb), "1");
@@ -212,11 +216,11 @@ absl::Status RunChurn(const TrustSize& size, Report& report) {
       const support::Outcome outcome = support::JoinAndLeave(stage.target(), world, kThreads, kEach);
       if (!outcome.through.empty()) throw local::CommandError("churn: " + outcome.through.front());
     };
-    AddGrowth(stage, fmt::format("joins={}", rounds * kThreads * kEach), rounds, join, report);
+    AddGrowth(stage, fmt::format("joins={}", rounds * kThreads * kEach), kLeftAreKept, rounds, join, report);
   }
   TrustStage stage;
   AddGrowth(
-      stage, fmt::format("worlds={}", size.churn_worlds), size.churn_worlds,
+      stage, fmt::format("worlds={}", size.churn_worlds), std::chrono::seconds{0}, size.churn_worlds,
       [&] { stage.DeleteWorld(stage.CreateWorld(true)); }, report);
   return absl::OkStatus();
 }
