@@ -10,9 +10,9 @@
 namespace tessera::control {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-TEST(HeapMetricsTest, SayNothingUnderASanitizer) { EXPECT_TRUE(HeapMetrics().Collect().empty()); }
-#else
+TEST(HeapMetricsTest, AreThereUnderASanitizerToo) { EXPECT_EQ(HeapMetrics().Collect().size(), 1U); }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose malloc is not counted
 double HeapBytes() {
   const auto families = HeapMetrics().Collect();
   EXPECT_EQ(families.at(0).name, "tessera_control_heap_bytes");
