@@ -30,8 +30,8 @@ namespace {
 constexpr std::uint32_t kCallsBeside = 500;  // at least, where an attack can be repeated
 constexpr std::size_t kMaxSaid_bytes = 1 << 20;
 constexpr std::chrono::seconds kAttackPatience{180};
-// Who has left an instance is kept for a minute (keep_left_players of control_settings.h), and a second passes until the
-// last are forgotten.
+// An instance keeps those who have left for a minute (keep_left_players of control_settings.h), and a second passes
+// until the last are forgotten.
 constexpr std::chrono::seconds kLeftAreKept{62};
 constexpr std::chrono::seconds kRest{5}, kRestPatience{180};
 constexpr std::chrono::milliseconds kRestPoll{500};

@@ -12,7 +12,7 @@ namespace {
 
 TEST(HeapMetricsTest, AreThereUnderASanitizerToo) { EXPECT_EQ(HeapMetrics().Collect().size(), 1U); }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose malloc is not counted
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // malloc of theirs is not counted
 double HeapBytes() {
   const auto families = HeapMetrics().Collect();
   EXPECT_EQ(families.at(0).name, "tessera_control_heap_bytes");
