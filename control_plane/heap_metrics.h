@@ -3,8 +3,8 @@
 //   auto heap = std::make_shared<HeapMetrics>();
 //   server->AddCollectable(heap);     // tessera_control_heap_bytes
 //
-// Bytes of malloc that are in use, with its own words around them, in all arenas; what each thread keeps to use again is
-// among them, and pages that malloc keeps free are not. A sanitizer brings a malloc of its own, whose bytes are not
+// Bytes of malloc that are in use, with its own words around them, in all arenas; what each thread keeps to use again
+// is among them, and pages that malloc keeps free are not. A sanitizer brings a malloc of its own, whose bytes are not
 // counted. Thread rule: any thread; each arena is locked for microseconds.
 #pragma once
 

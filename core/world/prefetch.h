@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-// All cache lines of `bytes` bytes from `at` on, which may be null or any other address: it is counted as a number, since
-// a pointer may not leave its object.
+// All cache lines of `bytes` bytes from `at` on, which may be null or any other address: it is counted as a number,
+// since a pointer may not leave its object.
 [[gnu::always_inline]] inline void Prefetch(const void* at, std::size_t bytes) {
   constexpr std::size_t kLine = 64;
   const auto begin = reinterpret_cast<std::uintptr_t>(at);
