@@ -23,6 +23,7 @@ constexpr TrustSize kTrustFull{.calls = 2000,
                                .evictions = 5,
                                .churn_joins = 100'000,
                                .churn_worlds = 10'000,
+                               .churn_readings = 10,
                                .full_players = 10'000};
 constexpr TrustSize kTrustQuick{.calls = 300,
                                 .import_mb = 512,
@@ -38,6 +39,7 @@ constexpr TrustSize kTrustQuick{.calls = 300,
                                 .evictions = 1,
                                 .churn_joins = 3000,
                                 .churn_worlds = 300,
+                                .churn_readings = 2,
                                 .full_players = 500};
 
 struct TrustScene {

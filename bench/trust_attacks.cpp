@@ -180,21 +180,21 @@ double RestingHeapMegabytes(const TrustStage& stage, std::chrono::seconds kept) 
   return lowest_mb;
 }
 
-// The most after any tenth but the first against that after the first.
-double Growth(const std::string& what, const std::vector<double>& after_tenths_mb) {
-  std::cerr << fmt::format("trust: churn: {}, MB after each tenth: {:.2f}\n", what, fmt::join(after_tenths_mb, " "));
-  return *std::max_element(after_tenths_mb.begin() + 1, after_tenths_mb.end()) / after_tenths_mb.front();
+// The highest of all readings but the first against the first.
+double Growth(const std::string& what, const std::vector<double>& readings_mb) {
+  std::cerr << fmt::format("trust: churn: {}, MB: {:.2f}\n", what, fmt::join(readings_mb, " "));
+  return *std::max_element(readings_mb.begin() + 1, readings_mb.end()) / readings_mb.front();
 }
 
 // The growth of the heap in use, at rest, and beside it of all memory that is of no file: the heap with the pages that
 // malloc keeps for later, and stacks.
-void AddGrowth(const TrustStage& stage, const std::string& config, std::chrono::seconds kept, std::uint32_t times,
-               const std::function<void()>& act, Report& report) {
-  const std::uint32_t tenth = std::max(1U, times / 10);
+void AddGrowth(const TrustStage& stage, const std::string& config, std::chrono::seconds kept, std::uint32_t readings,
+               std::uint32_t times, const std::function<void()>& act, Report& report) {
+  const std::uint32_t between = std::max(1U, times / readings);
   std::vector<double> heap_mb, anonymous_mb;
   for (std::uint32_t done = 1; done <= times; ++done) {
     act();
-    if (done % tenth != 0) continue;
+    if (done % between != 0) continue;
     heap_mb.push_back(RestingHeapMegabytes(stage, kept));
     anonymous_mb.push_back(stage.AnonymousMegabytes());
   }
@@ -219,12 +219,13 @@ absl::Status RunChurn(const TrustSize& size, Report& report) {
       const support::Outcome outcome = support::JoinAndLeave(stage.target(), world, kThreads, kEach);
       if (!outcome.through.empty()) throw local::CommandError("churn: " + outcome.through.front());
     };
-    AddGrowth(stage, fmt::format("joins={}", rounds * kThreads * kEach), kLeftAreKept, rounds, join, report);
+    AddGrowth(stage, fmt::format("joins={}", rounds * kThreads * kEach), kLeftAreKept, size.churn_readings, rounds,
+              join, report);
   }
   TrustStage stage;
   AddGrowth(
-      stage, fmt::format("worlds={}", size.churn_worlds), std::chrono::seconds{0}, size.churn_worlds,
-      [&] { stage.DeleteWorld(stage.CreateWorld(true)); }, report);
+      stage, fmt::format("worlds={}", size.churn_worlds), std::chrono::seconds{0}, size.churn_readings,
+      size.churn_worlds, [&] { stage.DeleteWorld(stage.CreateWorld(true)); }, report);
   unsetenv("GLIBC_TUNABLES");
   return absl::OkStatus();
 }

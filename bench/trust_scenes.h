@@ -18,7 +18,7 @@ struct TrustSize {
   std::uint32_t rounds;     // pairs of a quiet and a flooded span
   double span_s;
   std::uint32_t bodies, regions, evictions;
-  std::uint32_t churn_joins, churn_worlds;
+  std::uint32_t churn_joins, churn_worlds, churn_readings;  // readings: at least 2
   std::uint32_t full_players;
 };
 

@@ -40,8 +40,8 @@
 namespace tessera::control {
 namespace {
 
-// Dozens of threads answer requests. With an arena of malloc for each, each keeps as much as the largest request took
-// that ever came to it.
+// Arenas of malloc, which makes up to eight for each processor by itself: with fewer, memory grows less over much
+// coming and going (docs/decisions/0104).
 constexpr int kArenas = 2;
 
 int Fail(const absl::Status& status) {
