@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -349,7 +350,10 @@ TEST_F(HttpsDoorTest, PlainTextAndRubbishGetNothing) {
                                   std::string(1000, '\0'), std::string("\x16\x03\x01 no hello")}) {
     const Wire wire(door_->address());
     ASSERT_GT(send(wire.fd, sent.data(), sent.size(), MSG_NOSIGNAL), 0);
-    ASSERT_EQ(shutdown(wire.fd, SHUT_WR), 0);  // else the door waits for the rest of a hello
+    // Else the door waits for the rest of a hello, where it has not closed the connection already.
+    if (shutdown(wire.fd, SHUT_WR) != 0) {
+      ASSERT_EQ(errno, ENOTCONN);
+    }
     EXPECT_THAT(wire.ReadAll(), ::testing::Not(HasSubstr("HTTP/1")));
   }
   EXPECT_EQ(Post("/v1/other", {}).status, 404) << "others are served";
