@@ -78,7 +78,9 @@ class Doorkeeper final : public grpc::AuthMetadataProcessor {
  public:
   Doorkeeper(Door door, ControlPlane& plane) : door_(door), plane_(plane) {}
 
-  bool IsBlocking() const override { return true; }  // it reads a certificate, and waits for nobody
+  // It reads a certificate, and waits for nobody. Where it says that it blocks, gRPC hands each call to a few threads
+  // of its own, which may be asleep for up to a second (docs/decisions/0105-calls-are-judged-where-they-are-read.md).
+  bool IsBlocking() const override { return false; }
   // `context` is one for all calls of a connection, so nothing about a call may be written into it.
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata*,
                        OutputMetadata*) override {
