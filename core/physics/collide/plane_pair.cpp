@@ -1,4 +1,6 @@
 // Convex shapes above a plane.
+#include <absl/container/inlined_vector.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +9,9 @@
 
 namespace tessera::physics {
 namespace {
+
+// Points of a face that need no memory of their own.
+constexpr std::size_t kUsualFaceVertices = 8;
 
 LocalPoint PointOver(const LocalPlane& plane, Vec3f at, float height, std::uint32_t feature) {
   return {.on_a = at, .on_b = at - plane.normal * height, .separation_m = height, .feature = feature};
@@ -54,14 +59,13 @@ void CollideHull(const Polyhedron& hull, const LocalPlane& plane, float speculat
     const auto loop = hull.loops.begin() + face.first;
     if (cosine < best && std::find(loop, loop + face.count, lowest) != loop + face.count) bottom = &face, best = cosine;
   }
-  std::array<LocalPoint, kMaxFaceVertices> points;
-  std::size_t count = 0;
-  for (std::uint32_t k = 0; k < bottom->count && count < points.size(); ++k) {
+  absl::InlinedVector<LocalPoint, kUsualFaceVertices> points;
+  for (std::uint32_t k = 0; k < bottom->count; ++k) {
     const std::uint32_t v = hull.loops[bottom->first + k];
     const float height = Dot(plane.normal, hull.vertices[v]) - plane.offset_m;
-    if (height <= speculative_m) points[count++] = PointOver(plane, hull.vertices[v], height, v);
+    if (height <= speculative_m) points.push_back(PointOver(plane, hull.vertices[v], height, v));
   }
-  Reduce({points.data(), count}, out->normal, out);
+  Reduce({points.data(), points.size()}, out->normal, out);
 }
 
 }  // namespace

@@ -307,6 +307,7 @@ float Wanted(const JointRow& row, float velocity, const StepConstants& step, Sof
 void JointBlocks::Fill(std::span<const JointConstraint> joints, const Coloring& coloring, const SolvedState* states,
                        const SolvedMass* masses, std::uint32_t nobody, float h) {
   softness_ = SoftnessOf(kJointShare, kJointDamping, h);
+  if (joints.empty() && blocks_.empty()) return;
   const std::span<const std::uint8_t> colors = coloring.joints();
   blocks_.resize(joints.size());
   joint_of_.resize(joints.size());

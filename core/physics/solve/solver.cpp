@@ -181,13 +181,12 @@ void Solver::Impl::StoreBodies(std::span<SolverBody> bodies) {
 }
 
 void Solver::Impl::StoreBody(std::size_t i, SolverBody& body) const {
-  const Vec3f root = Root(body.inertia_kg_m2);
-  const SymMat3f root_inertia = Turned(body.rotation, root);
-  const SymMat3f inverse = Turned(body.rotation, {1 / root.x, 1 / root.y, 1 / root.z});
+  const SymMat3f root_inertia = Turned(body.rotation, Root(body.inertia_kg_m2));
+  const float* inverse = masses[i].root_inertia;
   const Vec3f spin = Get(states[i].spin);
   body.angular_impulse_nms = root_inertia * (spin - root_inertia * body.angular_velocity);
   body.velocity = Get(states[i].velocity) * masses[i].inverse_root_mass;
-  body.angular_velocity = inverse * spin;
+  body.angular_velocity = SymMat3f{inverse[0], inverse[1], inverse[2], inverse[3], inverse[4], inverse[5]} * spin;
   body.moved_m = Get(states[i].moved);
   body.turned_rad = Get(states[i].turned);
 }
