@@ -7,6 +7,7 @@
 #include "core/physics/continuous/carried.h"
 #include "core/physics/continuous/jointed_stops.h"
 #include "core/physics/continuous/keep_turning.h"
+#include "core/physics/continuous/spared_sweeps.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
@@ -14,78 +15,6 @@ namespace {
 
 // Number of swept bodies that a thread takes at a time.
 constexpr std::size_t kChunkSwept = 8;
-
-// A body's way through a step, as far as the tests that spare a sweep ask.
-struct Moved {
-  Vec3d from, move;       // the centre of mass, m
-  double rim_m = 0;       // its turning brings no point further than this
-  double outer_radius_m;  // about the centre of mass; infinite for a plane
-};
-
-Moved MovedOf(const RigidBody& body, std::span<const BodyMotion> motions) {
-  const Geometry& geometry = body.geometry();
-  Moved moved{.from = body.placement().position, .move = {}, .outer_radius_m = geometry.outer_radius_m};
-  double turned_rad = 0;
-  if (body.awake()) {
-    const BodyMotion& motion = motions[body.awake_index];
-    moved.move = motion.position - moved.from;
-    turned_rad = Length(Vec3d(motion.turned_rad));
-  } else {
-    moved.move = Vec3d(body.predicted.move_m);
-    if (body.moving()) turned_rad = Length(Vec3d(body.state().angular_velocity)) * body.driven_s;
-  }
-  if (geometry.kind != GeometryKind::kSphere && turned_rad > 0) {
-    moved.rim_m = std::min(2.0, turned_rad) * geometry.outer_radius_m;
-  }
-  return moved;
-}
-
-// More than what is lost by rounding in a test that spares a sweep, m.
-constexpr double kRounding_m = 1e-5;
-
-// True if the balls about them that hold them stay apart: then a sweep finds no impact.
-bool StayApart(const Moved& low, const Moved& high) {
-  const Vec3d start = high.from - low.from, travel = high.move - low.move;
-  const double all = LengthSquared(travel);
-  const double nearest = all > 0 ? std::clamp(-Dot(start, travel) / all, 0.0, 1.0) : 0;
-  const double room = low.outer_radius_m + high.outer_radius_m + kImpactDistance_m + kRounding_m;
-  return LengthSquared(start + travel * nearest) > room * room;
-}
-
-// True if neither can have come through a contact plane of the pair by more than `depth_m`: no point comes further than
-// the two approach along its normal, and than their turning brings it.
-bool GaveNoWay(const Pair& pair, const Moved& low, const Moved& high, double depth_m) {
-  const Vec3d approach = low.move - high.move;
-  const double spare = depth_m - std::max(low.rim_m, high.rim_m) - kRounding_m;
-  return std::ranges::all_of(pair.manifolds,
-                             [&](const Manifold& manifold) { return Dot(Vec3d(manifold.normal), approach) < spare; });
-}
-
-// True if one of the two came through a contact plane of the pair by more than `depth_m`.
-bool CameThroughEither(const Pair& pair, const Moved& low_moved, const Moved& high_moved, double depth_m,
-                       std::span<const BodyMotion> motions) {
-  const SweptMotion low = SweptMotionOf(*pair.low, motions), high = SweptMotionOf(*pair.high, motions);
-  for (const Manifold& manifold : pair.manifolds) {
-    const Vec3d on_low = low.from + Vec3d(manifold.points[0].r_a), on_high = high.from + Vec3d(manifold.points[0].r_b);
-    if (pair.high->awake() && CameThrough(high, on_low, on_low + low_moved.move, manifold.normal) > depth_m) {
-      return true;
-    }
-    if (pair.low->awake() && CameThrough(low, on_high, on_high + high_moved.move, -manifold.normal) > depth_m) {
-      return true;
-    }
-  }
-  return false;
-}
-
-// Whether a pair that was solved needs a sweep all the same, because it gave way: a rod that is stopped at its end
-// turns about it, and most of it would be behind the wall by the end of the step.
-bool GoesThrough(const Pair& pair, const Moved& low, const Moved& high, std::span<const BodyMotion> motions) {
-  if (pair.swept) return true;
-  const double depth_m = kThroughShare * pair.inner_m;
-  const bool may = !GaveNoWay(pair, low, high, depth_m);
-  assert(may || !CameThroughEither(pair, low, high, depth_m, motions));
-  return may && CameThroughEither(pair, low, high, depth_m, motions);
-}
 
 // Whether two touch where their sweep says that they meet. Boxes that meet rim by rim, as where one slides over the
 // seams of a floor of boxes, do not press on each other.
@@ -95,6 +24,11 @@ bool TouchAt(const Pair& pair, const SweptMotion& low, const SweptMotion& high, 
   Manifolds manifolds;
   Collide({pair.low->geometry(), low_then}, {pair.high->geometry(), high_then}, kSpeculative_m, cache, manifolds);
   return !manifolds.empty();
+}
+
+// Where `body`, which is swept, meets `other`, one of the two is stopped.
+Stop StopOf(RigidBody& body, RigidBody& other, double share) {
+  return Carries(body, other) ? Stop{other.awake_index, share, &body} : Stop{body.awake_index, share, &other};
 }
 
 }  // namespace
@@ -113,6 +47,8 @@ void ContinuousCollision::Run(const ContinuousInput& in, BroadPhase& broad_phase
   std::size_t chunk = 0, taken = 0;
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     RigidBody& body = *in.awake[candidates_[i]];
+    // Those that began since the known ones were swept, with a candidate before this one, were swept with that.
+    const std::size_t swept_pairs = body.pairs.size();
     if (deflected_[candidates_[i]] != 0) {
       const Bounds swept = broad_phase.SweptBounds(SweptMotionOf(body, motions));
       if (!body.fat.Contains(swept)) BeginPairs(body, swept, broad_phase, pairs);
@@ -123,7 +59,7 @@ void ContinuousCollision::Run(const ContinuousInput& in, BroadPhase& broad_phase
       if (taken < encounters.size()) break;
     }
     late_.clear();
-    for (std::size_t k = swept_[i]; k < body.pairs.size(); ++k) Sweep(i, body, body.pairs[k], motions, &late_);
+    for (std::size_t k = swept_pairs; k < body.pairs.size(); ++k) Sweep(i, body, body.pairs[k], motions, &late_);
     for (const Encounter& encounter : late_) Take(encounter);
   }
   if (!stops_.empty()) StopBodies(in, broad_phase, motions);
@@ -156,6 +92,10 @@ void ContinuousCollision::FindCandidates(const ContinuousInput& in, std::span<co
   }
 }
 
+bool ContinuousCollision::IsCandidate(const RigidBody& body) const {
+  return body.awake() && suspect_[body.awake_index] != 0;
+}
+
 void ContinuousCollision::BeginPairs(RigidBody& body, const Bounds& swept, BroadPhase& broad_phase, PairTable& pairs) {
   nearby_.clear();
   broad_phase.Overlapping(swept, &nearby_);
@@ -164,18 +104,19 @@ void ContinuousCollision::BeginPairs(RigidBody& body, const Bounds& swept, Broad
   }
 }
 
-// Sweeps the pairs that candidates have by now. What a deflected one meets beside those begins pairs, in the order of
-// candidates, and is swept after.
+// Sweeps the pairs that candidates have by now, those of two candidates with the first of them. What a deflected one
+// meets beside those begins pairs, in the order of candidates, and is swept after.
 void ContinuousCollision::SweepKnownPairs(std::span<RigidBody* const> awake, std::span<const BodyMotion> motions) {
   for (std::vector<Encounter>& encounters : encounters_) encounters.clear();
   encounters_.resize(std::max(encounters_.size(), candidates_.size() / kChunkSwept + 1));
-  swept_.resize(candidates_.size());
   team_.For(candidates_.size(), kChunkSwept, [&](std::size_t begin, std::size_t end) {
     std::vector<Encounter>& encounters = encounters_[begin / kChunkSwept];
     for (std::size_t i = begin; i < end; ++i) {
       RigidBody& body = *awake[candidates_[i]];
-      swept_[i] = body.pairs.size();
-      for (const PairEnd& pair_end : body.pairs) Sweep(i, body, pair_end, motions, &encounters);
+      for (const PairEnd& pair_end : body.pairs) {
+        const bool swept_by_other = IsCandidate(*pair_end.other) && pair_end.other->awake_index < body.awake_index;
+        if (!swept_by_other) Sweep(i, body, pair_end, motions, &encounters);
+      }
     }
   });
 }
@@ -201,9 +142,11 @@ void ContinuousCollision::Sweep(std::size_t candidate, RigidBody& body, const Pa
   if (pair->trigger) {
     encounters->push_back({candidate, pair, {}});
   } else if (impact->fraction < 1 && TouchAt(*pair, low, high, impact->fraction)) {
-    encounters->push_back({candidate, nullptr,
-                           Carries(body, *other) ? Stop{other->awake_index, impact->fraction, &body}
-                                                 : Stop{body.awake_index, impact->fraction, other}});
+    const Stop stop = StopOf(body, *other, impact->fraction);
+    encounters->push_back({candidate, nullptr, stop});
+    if (!IsCandidate(*other)) return;
+    const Stop others = StopOf(*other, body, impact->fraction);
+    if (others.index != stop.index) encounters->push_back({candidate, nullptr, others});
   }
 }
 

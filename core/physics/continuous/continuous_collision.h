@@ -39,7 +39,7 @@ class ContinuousCollision {
   // Forgets the last step.
   void Clear();
 
-  // Pairs with a trigger that met within the step, though they may be apart at its end. A pair may be listed twice.
+  // Pairs with a trigger that met within the step, though they may be apart at its end.
   std::span<Pair* const> crossed() const { return crossed_; }
   // Impulses that pairs got because one body was stopped at the other; in no order.
   std::span<const PairImpulse> impulses() const { return impulses_; }
@@ -57,6 +57,7 @@ class ContinuousCollision {
     Stop stop;
   };
   void FindCandidates(const ContinuousInput& in, std::span<const BodyMotion> motions);
+  bool IsCandidate(const RigidBody& body) const;
   void BeginPairs(RigidBody& body, const Bounds& swept, BroadPhase& broad_phase, PairTable& pairs);
   void SweepKnownPairs(std::span<RigidBody* const> awake, std::span<const BodyMotion> motions);
   void Sweep(std::size_t candidate, RigidBody& body, const PairEnd& end, std::span<const BodyMotion> motions,
@@ -68,7 +69,6 @@ class ContinuousCollision {
   // By awake_index: the body was pushed off its predicted motion; it is to be swept.
   std::vector<std::uint8_t> deflected_, suspect_;
   std::vector<std::uint32_t> candidates_;           // awake_index of bodies to sweep, ascending
-  std::vector<std::size_t> swept_;                  // by candidate: how many of its pairs were swept by the team
   std::vector<std::vector<Encounter>> encounters_;  // by chunk of candidates
   std::vector<Encounter> late_;                     // with bodies in the way of a deflected one
   std::vector<RigidBody*> nearby_;

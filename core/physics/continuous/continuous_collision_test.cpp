@@ -116,6 +116,28 @@ TEST_F(ContinuousTest, AMuchHeavierBodyGoesOnAndTakesTheOtherAlong) {
   EXPECT_NEAR(MotionOf(crate).position.x, 3 + kImpactDistance_m, 2e-5);
 }
 
+TEST_F(ContinuousTest, AMuchHeavierBodyGoesOnThoughBothAreFast) {
+  const RigidBody &ship = Add(Dynamic(1, Ball(0.5), {}, 100)), &crate = Add(Dynamic(2, Ball(0.5), {2, 0, 0}, 1));
+  StandStill();
+  Move(ship, {2, 0, 0});
+  Move(crate, {-0.5, 0, 0});
+  Run();
+  EXPECT_EQ(MotionOf(ship).position.x, 2);
+  EXPECT_NEAR(MotionOf(crate).position.x, 3 + kImpactDistance_m, 2e-5);
+}
+
+// Both are swept, the pair once.
+TEST_F(ContinuousTest, TwoFastBodiesAreListedOnceAtATrigger) {
+  BodyDef gate = Dynamic(1, Box(0.1, 5, 5), {4, 0, 0});
+  gate.trigger = true;
+  RigidBody &trigger = Add(gate), &ball = Add(Dynamic(2, Ball(0.5), {}));
+  StandStill();
+  Move(ball, {10, 0, 0});
+  Move(trigger, {-1, 0, 0});
+  Run();
+  EXPECT_THAT(pass_.crossed(), ElementsAre(loose_.pairs.Find(trigger, ball)));
+}
+
 TEST_F(ContinuousTest, AWallEndsTheWayOfWhatIsCarried) {
   const RigidBody &ship = Add(Dynamic(1, Ball(0.5), {}, 100)), &crate = Add(Dynamic(2, Ball(0.5), {2, 0, 0}, 1));
   Add(Static(3, Box(0.5, 5, 5), {3.2, 0, 0}));

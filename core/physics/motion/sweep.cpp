@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/physics/collide/gjk.h"
+#include "core/physics/motion/ball_sweep.h"
 #include "core/physics/motion/sweep_parts.h"
 #include "core/physics/motion/turn.h"
 
@@ -28,12 +29,12 @@ constexpr int kGrazeParts = 16;
 // Conservative advancement of two convex parts, or of a plane and a convex part.
 class Advance {
  public:
-  Advance(const Part& a, const Part& b, const SweptPair& pair, double target_m)
+  Advance(const Part& a, const Part& b, const SweptPair& pair, double target_m, double slack_m)
       : a_(a),
         b_(b),
         pair_(pair),
         target_(target_m),
-        slack_(target_m / 2),
+        slack_(slack_m),
         radius_(a.core.radius() + b.core.radius()),
         axis_(pair.start) {}
 
@@ -144,11 +145,17 @@ std::optional<Impact> FirstImpact(const SweptMotion& a, const SweptMotion& b, fl
   if (HasNoParts(a.geometry) && HasNoParts(b.geometry)) return {};
   const bool turned = HasNoParts(b.geometry);
   const SweptPair pair = turned ? SweptPair(b, a) : SweptPair(a, b);
+  const double slack_m = double{target_m} / 2;
   std::optional<Impact> first;
-  ForPartsThatMayMeet(pair, target_m, [&](const Part& part_a, const Part& part_b) {
-    const std::optional<Impact> found = Advance(part_a, part_b, pair, target_m).Find(first ? first->fraction : 1);
-    if (found) first = found;
-  });
+  if (IsBallSweep(pair)) {
+    first = FirstImpactOfBall(pair, target_m, slack_m);
+  } else {
+    ForPartsThatMayMeet(pair, target_m, [&](const Part& part_a, const Part& part_b) {
+      const double until = first ? first->fraction : 1;
+      const std::optional<Impact> found = Advance(part_a, part_b, pair, target_m, slack_m).Find(until);
+      if (found) first = found;
+    });
+  }
   if (first && turned) first->normal = -first->normal;
   return first;
 }
@@ -171,18 +178,17 @@ Placement PartOf(const Placement& whole, const Geometry::Child& child) {
 
 }  // namespace
 
-double CameThrough(const SweptMotion& motion, Vec3d from, Vec3d to, Vec3f normal) {
+bool CameThrough(const SweptMotion& motion, Vec3d from, Vec3d to, Vec3f normal, double depth_m) {
   const Geometry& geometry = motion.geometry;
-  const Placement start = motion.At(0), end = motion.At(1);
-  const auto came = [&](const Geometry& convex, const Placement& before, const Placement& after) {
-    return ReachThrough(convex, after, to, normal) - std::max(0.0, ReachThrough(convex, before, from, normal));
+  const Placement end = motion.At(1);
+  const auto came = [&](const Geometry& convex, const Placement& after, const auto& part_before) {
+    const double reach = ReachThrough(convex, after, to, normal);
+    return reach > depth_m && reach - ReachThrough(convex, part_before(motion.At(0)), from, normal) > depth_m;
   };
-  if (geometry.convex()) return came(geometry, start, end);
-  double most = 0;
-  for (const Geometry::Child& child : geometry.children) {
-    most = std::max(most, came(*child.geometry, PartOf(start, child), PartOf(end, child)));
-  }
-  return most;
+  if (geometry.convex()) return came(geometry, end, [](const Placement& start) { return start; });
+  return std::ranges::any_of(geometry.children, [&](const Geometry::Child& child) {
+    return came(*child.geometry, PartOf(end, child), [&](const Placement& start) { return PartOf(start, child); });
+  });
 }
 
 }  // namespace tessera::physics

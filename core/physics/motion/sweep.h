@@ -36,10 +36,10 @@ struct Impact {
 // they are nearer by another half of `target_m`. Deep overlaps are left to contacts.
 std::optional<Impact> FirstImpact(const SweptMotion& a, const SweptMotion& b, float target_m);
 
-// The depth, m, by which a convex part of the shape came through a plane in this motion: how much further it reaches
-// through the plane at the end than at the start, against the plane's unit normal `normal`. The plane itself moves from
-// `from` to `to`. Depth at the start does not count: a dumbbell that is touched at one ball may reach beyond that
-// contact's plane with the other. A shape without convex parts has 0.
-double CameThrough(const SweptMotion& motion, Vec3d from, Vec3d to, Vec3f normal);
+// Whether a convex part of the shape came through a plane by more than `depth_m` >= 0 in this motion: how much further
+// it reaches through the plane at the end than at the start, against the plane's unit normal `normal`. The plane itself
+// moves from `from` to `to`. Depth at the start does not count: a dumbbell that is touched at one ball may reach beyond
+// that contact's plane with the other. A shape without convex parts never does.
+bool CameThrough(const SweptMotion& motion, Vec3d from, Vec3d to, Vec3f normal, double depth_m);
 
 }  // namespace tessera::physics
