@@ -210,18 +210,28 @@ void MakeGood(const ContactConstraint& contact, const Block& block, int lane, bo
   manifold.turn_on_b = lacks - manifold.turn_on_a;
 }
 
+// How much of a change of the relative velocity athwart of the line of centres is paid for by the energy of the motion
+// along that line, 0 to 1: the largest share with |velocity + share * athwart|^2 <= |velocity|^2 + along^2.
+float ShareFor(Vec3f athwart, Vec3f velocity, float along) {
+  const float square = LengthSquared(athwart), with = Dot(athwart, velocity), energy = along * along;
+  if (!(2 * with + square > energy)) return 1;
+  return std::clamp((std::sqrt(with * with + square * energy) - with) / square, 0.0f, 1.0f);
+}
+
 // Makes good what such a contact made (see MakeGood) without turning a body: when it acted, its impulse would have had
 // the direction of the two centres, so part of it is given athwart of them. As much energy as that adds is taken from
-// the motion along the line of centres. `apart` is from the centre of a to that of b by now.
+// the motion along the line of centres, and no more is given than that motion can pay for. `apart` is from the centre
+// of a to that of b by now.
 Vec3f Deflect(Vec3f apart, Vec3f lacks, const SolvedMass& mass_a, const SolvedMass& mass_b, SolvedState& a,
               SolvedState& b) {
   const float root_a = mass_a.inverse_root_mass, root_b = mass_b.inverse_root_mass;
   const float ease = root_a * root_a + root_b * root_b, square = LengthSquared(apart);
   if (!(square > 0)) return {};
   const Vec3f velocity = Get(b.velocity) * root_b - Get(a.velocity) * root_a;
-  Vec3f impulse = Cross(lacks, apart) / square;
-  const Vec3f athwart = impulse * ease, line = apart / std::sqrt(square);
+  const Vec3f whole = Cross(lacks, apart) / square, line = apart / std::sqrt(square);
   const float along = Dot(velocity, line);
+  Vec3f impulse = whole * ShareFor(whole * ease, velocity, along);
+  const Vec3f athwart = impulse * ease;
   const float left = along * along - Dot(athwart, velocity * 2 + athwart);
   impulse += line * ((std::copysign(std::sqrt(std::max(left, 0.0f)), along) - along) / ease);
   Add(a.velocity, impulse * -root_a);
