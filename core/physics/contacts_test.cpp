@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/physics/testing/bodies.h"
@@ -171,6 +172,21 @@ TEST(FrictionTest, SlidingBallComesToRollAtFiveSeventhsOfItsSpeed) {
   const BodyState state = world.StateOf(ball.id);
   EXPECT_NEAR(state.linear_velocity.x, 5, 0.02);
   EXPECT_NEAR(state.angular_velocity.z, -5 / 0.5, 0.05);
+}
+
+// It lies a little deep in what bears it, and rolls by its radius all the same.
+TEST(FrictionTest, ARollingBallGoesByItsRadius) {
+  for (const auto& [ground, top_m] : {std::pair(Ground(), 0.0), std::pair(Box(20, 1, 20), 1.0)}) {
+    World world({});
+    BodyDef ball = Dynamic(2, Ball(0.1), {0, top_m + 0.1, 0});
+    ball.initial.linear_velocity = {1, 0, 0};
+    ball.initial.angular_velocity = {0, 0, -10};
+    AddAll(world, {Static(1, ground), ball});
+    Simulate(world, 4);
+    const BodyState state = world.StateOf(ball.id);
+    EXPECT_NEAR(state.linear_velocity.x, 1, 1e-4);
+    EXPECT_NEAR(state.angular_velocity.z * -0.1 / state.linear_velocity.x, 1, 1e-5);
+  }
 }
 
 TEST(FrictionTest, RollingFrictionStopsABallAndSpinningFrictionATop) {

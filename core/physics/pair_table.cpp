@@ -36,6 +36,11 @@ float InnerRadiusOf(const Pair& pair) {
   return std::min(low, high);
 }
 
+bool HasBall(const Pair& pair) {
+  const auto is_ball = [](const RigidBody* body) { return body->geometry().kind == GeometryKind::kSphere; };
+  return is_ball(pair.low) || is_ball(pair.high);
+}
+
 }  // namespace
 
 void PairTable::Begin(RigidBody& a, RigidBody& b) {
@@ -54,7 +59,7 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
   pair.trigger = a.trigger() || b.trigger();
   pair.remembers = Remembers(a.geometry(), b.geometry());
   pair.inner_m = InnerRadiusOf(pair);
-  pair.slop_m = std::clamp(kSlopShare * pair.inner_m, kLeastSlop_m, kSlop_m);
+  pair.slop_m = std::clamp(kSlopShare * pair.inner_m, kLeastSlop_m, HasBall(pair) ? kBallSlop_m : kSlop_m);
   pair.material = Combine(pair.low->material(), pair.high->material());
   pair.jointed = JointForbidsContact(a, b);
   Attach(*pair.low, pair);

@@ -50,12 +50,13 @@ LocalPose QuickPoseOf(const OrderedPair& pair, Vec3d between) {
 
 // --- Reuse.
 
+bool IsRound(const Geometry& g) { return g.kind == GeometryKind::kSphere || g.kind == GeometryKind::kCapsule; }
+
 // Searching is as quick as remembering.
 bool Quick(const Geometry& a, const Geometry& b) {
-  const auto round = [](GeometryKind kind) { return kind == GeometryKind::kSphere || kind == GeometryKind::kCapsule; };
-  if (b.kind == GeometryKind::kPlane) return round(a.kind) || a.kind == GeometryKind::kBox;
-  if (b.kind == GeometryKind::kSphere) return round(a.kind) || a.kind == GeometryKind::kBox;
-  return round(a.kind) && round(b.kind);
+  if (b.kind == GeometryKind::kPlane) return IsRound(a) || a.kind == GeometryKind::kBox;
+  if (b.kind == GeometryKind::kSphere) return IsRound(a) || a.kind == GeometryKind::kBox;
+  return IsRound(a) && IsRound(b);
 }
 
 // How far any point of the smaller body may have moved against the other before the two are searched anew.
@@ -91,11 +92,22 @@ void Anchor(const LocalPose& pose, LocalManifold* manifold) {
 
 // --- Output.
 
+// Where a contact is on the way from a's surface, 0, to b's, 1: half way, but for something round on something else.
+// That rolls by its radius, whatever the depth.
+float ShareOfB(const OrderedPair& pair) {
+  if (IsRound(pair.a) == IsRound(pair.b)) return 0.5f;
+  return IsRound(pair.a) ? 0.0f : 1.0f;
+}
+
 // From the frame of the search to the world's axes.
 struct Outlet {
+  Outlet(const OrderedPair& of, Vec3f between_m, float speculative)
+      : pair(of), between(between_m), speculative_m(speculative), share_b(ShareOfB(of)) {}
+
   const OrderedPair& pair;
   Vec3f between;  // from a's centre of mass to b's, world axes
   float speculative_m;
+  float share_b;
 
   // Anchors of b by now, in a's frame, and separations there. `on_b(point)` gives the former.
   struct Anchors {
@@ -121,7 +133,8 @@ struct Outlet {
     for (std::size_t i = 0; i < static_cast<std::size_t>(from.count); ++i) {
       if (!kKeep && anchors.separation_m[i] > speculative_m) continue;
       const LocalPoint& point = from.points[i];
-      const Vec3f r_a = pair.at_a.rotation * ((point.on_a + anchors.on_b[i]) * 0.5f), r_b = r_a - between;
+      const Vec3f at = point.on_a + (anchors.on_b[i] - point.on_a) * share_b;
+      const Vec3f r_a = pair.at_a.rotation * at, r_b = r_a - between;
       ManifoldPoint& out = to->points[count++];
       out.r_a = pair.flipped ? r_b : r_a;
       out.r_b = pair.flipped ? r_a : r_b;
@@ -242,7 +255,7 @@ void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, Manifold
 // Nothing is remembered.
 void CollideQuick(const OrderedPair& pair, Vec3d between, float speculative_m, Manifolds& manifolds) {
   const LocalPose pose = QuickPoseOf(pair, between);
-  const Outlet outlet{pair, Vec3f(between), speculative_m};
+  const Outlet outlet(pair, Vec3f(between), speculative_m);
   LocalManifold manifold;
   ConvexCache unused;
   SearchOne(pair, pose, speculative_m, unused, &manifold);
@@ -258,7 +271,7 @@ void Collide(const Collidable& a, const Collidable& b, float speculative_m, Pair
   if (Quick(pair.a, pair.b)) return CollideQuick(pair, between, speculative_m, manifolds);
 
   const LocalPose pose = PoseOf(pair, between);
-  const Outlet outlet{pair, Vec3f(between), speculative_m};
+  const Outlet outlet(pair, Vec3f(between), speculative_m);
   const bool one = pair.a.convex() && (pair.b.convex() || pair.b.kind == GeometryKind::kPlane);
   const float leeway = Leeway(pair);
   bool search = true;

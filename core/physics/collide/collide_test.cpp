@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <numbers>
+#include <utility>
+
 #include "core/physics/collide/testing/shapes.h"
 #include "core/physics/tuning.h"
 
@@ -99,17 +102,37 @@ TEST(CollideTest, IsTheMirrorImageInTheOtherOrder) {
 }
 
 // Points lie midway between the surfaces, seen from both centres alike.
-TEST(CollideTest, TellsEachPointFromBothCentres) {
-  const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}}), ball = GeometryOf(SphereShape{0.5});
+TEST(CollideTest, TellsEachPointFromBothCentresHalfWayBetweenTheSurfaces) {
+  const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   const Placement at_a = At({100, 7, 3}, About({0, 1, 0}, 0.3)), at_b = At({100.1, 8.01, 3.2});
-  for (const Manifolds& manifolds : {Once(*cube, at_a, *ball, at_b), Once(*ball, at_a, *cube, at_b)}) {
-    ASSERT_EQ(manifolds.size(), 1u);
-    EXPECT_LE(Length(manifolds[0].normal - Vec3f{0, 1, 0}), 1e-6f);
-    for (int i = 0; i < manifolds[0].count; ++i) {
-      const ManifoldPoint& point = manifolds[0].points[static_cast<std::size_t>(i)];
-      EXPECT_NEAR(point.separation_m, 0.01, 1e-6);
-      EXPECT_NEAR(point.r_a.y, 0.505, 1e-6);
-      EXPECT_LE(Length(point.r_a - point.r_b - Vec3f{0.1f, 1.01f, 0.2f}), 1e-6f);
+  const Manifolds manifolds = Once(*cube, at_a, *cube, at_b);
+  ASSERT_EQ(manifolds.size(), 1u);
+  EXPECT_LE(Length(manifolds[0].normal - Vec3f{0, 1, 0}), 1e-6f);
+  for (int i = 0; i < manifolds[0].count; ++i) {
+    const ManifoldPoint& point = manifolds[0].points[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(point.separation_m, 0.01, 1e-6);
+    EXPECT_NEAR(point.r_a.y, 0.505, 1e-6);
+    EXPECT_LE(Length(point.r_a - point.r_b - Vec3f{0.1f, 1.01f, 0.2f}), 1e-6f);
+  }
+}
+
+// So it rolls by its radius.
+TEST(CollideTest, TellsThePointOfSomethingRoundOnItsSurface) {
+  const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}}), ball = GeometryOf(SphereShape{0.5});
+  const ShapeRef capsule = GeometryOf(CapsuleShape{0.5, 0.2});
+  const Placement at_a = At({100, 7, 3}, About({0, 1, 0}, 0.3)), at_b = At({100.1, 8.01, 3.2});
+  const Placement lying = At({100.1, 8.01, 3.2}, About({1, 0, 0}, std::numbers::pi / 2));
+  for (const bool first : {false, true}) {
+    for (const auto& [round, at] : {std::pair(ball, at_b), std::pair(capsule, lying)}) {
+      const Manifolds manifolds = first ? Once(*round, at, *cube, at_a) : Once(*cube, at_a, *round, at);
+      ASSERT_EQ(manifolds.size(), 1u);
+      EXPECT_LE(Length(manifolds[0].normal - Vec3f{0, first ? -1.0f : 1.0f, 0}), 1e-6f);
+      for (int i = 0; i < manifolds[0].count; ++i) {
+        const ManifoldPoint& point = manifolds[0].points[static_cast<std::size_t>(i)];
+        EXPECT_NEAR(point.separation_m, 0.01, 1e-6);
+        EXPECT_NEAR((first ? point.r_a : point.r_b).y, -0.5, 1e-6);
+        EXPECT_NEAR((first ? point.r_b : point.r_a).y, 0.51, 1e-6);
+      }
     }
   }
 }

@@ -37,6 +37,9 @@ inline constexpr int kPushingSubsteps = 4;
 // Depth at which contacts rest, m, whatever they carry. Towers stand with anything from a millimetre to none; a larger
 // depth is visible, and at 0 a resting point comes and goes.
 inline constexpr float kSlop_m = 0.0003f;
+// The same for pairs with a ball: all that is seen of it is a ball that lies lower than it should. A wall of boxes
+// sways with less than the whole.
+inline constexpr float kBallSlop_m = 0.00015f;
 // That depth as a share of the smaller body's inner radius, where this is less: a card must not sink by its thickness.
 inline constexpr float kSlopShare = 0.01f, kLeastSlop_m = 1e-5f;
 
