@@ -17,26 +17,33 @@ float WarmScale(int last_substeps, int substeps) {
   return last_substeps == 0 ? 1.0f : static_cast<float>(last_substeps) / static_cast<float>(substeps);
 }
 
-SolverBody SolverBodyOf(const RigidBody& body, double dt_s) {
-  const BodyState& state = body.state();
-  const auto kept = static_cast<float>(body.linear_damping().kept());
-  const auto kept_spin = static_cast<float>(body.angular_damping().kept());
+// The orientation half way through the step. A body without joints flies there. One with joints is held by where it
+// turns to, so it is taken to turn as the solver turns it.
+Quatd MidwayOf(const RigidBody& body, const StartingTurn& start, double dt_s) {
+  const Quatd& from = body.placement().orientation;
+  if (!body.joints.empty()) return Turned(from, Vec3d(start.spin) * (dt_s / 2));
+  FlightState flight{{}, from, {}, start.momentum};
+  Fly(body.inertia(), {}, {}, dt_s / 2, &flight);
+  return flight.orientation;
+}
+
+// The solver holds inertia still over the step. A body whose inertia turns with it gets it, and the velocity that its
+// angular momentum gives, as they are half way: the rule of the midpoint.
+SolverBody SolverBodyOf(const RigidBody& body, double dt_s, Quatd* midway) {
+  const StartingTurn start(body);
   SolverBody in;
-  const Quatd& start = body.placement().orientation;
-  in.velocity = state.linear_velocity * kept;
-  in.angular_velocity = state.angular_velocity * kept_spin;
+  in.velocity = body.state().linear_velocity * static_cast<float>(body.linear_damping().kept());
+  in.angular_velocity = start.spin;
   in.rotation = body.placement().rotation;
-  // A joint holds a body by where it turns to, so the solver must turn a jointed body right. Such a body gets its
-  // inertia, and the velocity that its angular momentum gives, as they are half way through the step: the rule of the
-  // midpoint.
-  if (!body.joints.empty() && TurnsItsInertia(body, in.angular_velocity, static_cast<float>(dt_s))) {
-    const Quatd midway = Turned(start, Vec3d(in.angular_velocity) * (dt_s / 2));
-    in.angular_velocity = AngularVelocityOf(body.inertia(), midway, state.angular_momentum * kept_spin);
-    in.rotation = RotationOf(midway);
+  *midway = body.placement().orientation;
+  if (TurnsItsInertia(body, start.spin, static_cast<float>(dt_s))) {
+    *midway = MidwayOf(body, start, dt_s);
+    in.angular_velocity = AngularVelocityOf(body.inertia(), *midway, start.momentum);
+    in.rotation = RotationOf(*midway);
   }
   in.acceleration = Vec3f(body.Acceleration());
   if (body.torque_nm != Vec3d()) {
-    in.angular_acceleration = AngularVelocityOf(body.inertia(), start, Vec3f(body.torque_nm));
+    in.angular_acceleration = AngularVelocityOf(body.inertia(), *midway, Vec3f(body.torque_nm));
   }
   in.mass_kg = static_cast<float>(body.mass_kg());
   in.inertia_kg_m2 = Vec3f(body.inertia());
@@ -59,6 +66,12 @@ std::uint32_t AddDriven(const RigidBody& body, IslandBatch& batch) {
 }
 
 }  // namespace
+
+StartingTurn::StartingTurn(const RigidBody& body) {
+  const auto kept = static_cast<float>(body.angular_damping().kept());
+  spin = body.state().angular_velocity * kept;
+  momentum = body.state().angular_momentum * kept;
+}
 
 bool TurnsItsInertia(const RigidBody& body, Vec3f spin, float dt_s) {
   return !body.round() && Length(spin) * dt_s >= kGyroscopicTurn_rad;
@@ -88,11 +101,13 @@ void SolveBatches::FillBodies(const SolveInput& in, ThreadTeam& team) {
     batch.sources.push_back(in.awake[i]);
   }
   for (IslandBatch& batch : batches_) {
-    batch.bodies.resize(batch.sources.size());  // bodies left from the last step get every field anew
+    // Bodies left from the last step get every field anew.
+    batch.bodies.resize(batch.sources.size());
+    batch.midways.resize(batch.sources.size());
     team.For(batch.bodies.size(), kChunkBodies, [&batch, dt_s = in.dt_s](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         PrefetchAfter(i, std::span<const RigidBody* const>(batch.sources), kUpToFrame);
-        batch.bodies[i] = SolverBodyOf(*batch.sources[i], dt_s);
+        batch.bodies[i] = SolverBodyOf(*batch.sources[i], dt_s, &batch.midways[i]);
       }
     });
   }

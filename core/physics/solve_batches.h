@@ -35,6 +35,8 @@ struct IslandBatch {
   bool unanchored = false;  // one of its islands is
   bool bears = false;       // one of its contacts does
   std::vector<SolverBody> bodies;
+  // By body: its orientation half way through the step, where it turns its inertia; else at the start.
+  std::vector<Quatd> midways;
   // By body. After these come kinematic bodies, one for each contact or joint with one, so that none of them connects
   // what touches it.
   std::vector<const RigidBody*> sources;
@@ -61,6 +63,12 @@ class SolveBatches {
 
   std::array<IslandBatch, kSubstepLevels> batches_;
   std::vector<std::uint32_t> place_;  // by awake_index: place in the batch that solves the body
+};
+
+// Angular velocity and momentum with which a body starts the step, rad/s and kg m^2/s, once they are damped.
+struct StartingTurn {
+  explicit StartingTurn(const RigidBody& body);
+  Vec3f spin, momentum;
 };
 
 // Whether a body turns so much in a step at `spin`, rad/s, that its inertia turning with it is felt.

@@ -19,6 +19,19 @@ void KeepEnergy(Vec3d inertia, float energy, BodyMotion* motion) {
   if (now > kMost * energy && energy >= 0) motion->angular_momentum *= std::sqrt(energy / now);
 }
 
+// Where a body without joints, whose inertia turns with it, has turned to: it flies half the step as it came, is turned
+// by what it was pushed within the step, and flies the other half with the momentum that it has then.
+Quatd TurnedFree(const RigidBody& body, const SolverBody& out, const Quatd& midway, Vec3f momentum, double dt_s) {
+  const StartingTurn start(body);
+  // The exact flight of the whole step where nothing acted.
+  const bool flies = momentum == start.momentum;
+  const Vec3f spin = AngularVelocityOf(body.inertia(), midway, start.momentum);
+  const Vec3f pushed = out.turned_rad - (spin + out.angular_velocity) * static_cast<float>(dt_s / 2);
+  FlightState flight{{}, flies ? body.placement().orientation : Turned(midway, Vec3d(pushed)), {}, momentum};
+  Fly(body.inertia(), {}, {}, flies ? dt_s : dt_s / 2, &flight);
+  return flight.orientation;
+}
+
 }  // namespace
 
 void SolvePass::Solve(const SolveInput& in) {
@@ -51,13 +64,10 @@ void SolvePass::SumGains(const SolveInput& in, const IslandBatch& batch) {
   }
 }
 
-// The solver holds inertia still over the step. For a body without joints whose inertia turns with it, that is made
-// good here: of the turn, the part that a constant angular velocity made is replaced by free rotation.
-BodyMotion SolvePass::MotionOf(const RigidBody& body, const SolverBody& out, const Gain* gain, double dt_s) {
-  const auto dt = static_cast<float>(dt_s);
+BodyMotion SolvePass::MotionOf(const RigidBody& body, const SolverBody& out, const Quatd& midway, const Gain* gain,
+                               double dt_s) {
+  const StartingTurn start(body);
   const Placement& from = body.placement();
-  const auto kept_spin = static_cast<float>(body.angular_damping().kept());
-  const Vec3f momentum = body.state().angular_momentum * kept_spin, start = body.state().angular_velocity * kept_spin;
   BodyMotion motion;
   motion.position = from.position + Vec3d(out.moved_m);
   motion.velocity = out.velocity;
@@ -67,17 +77,13 @@ BodyMotion SolvePass::MotionOf(const RigidBody& body, const SolverBody& out, con
     motion.velocity = Vec3f(Vec3d(kept) + body.Acceleration() * dt_s + gain->momentum / body.mass_kg());
     gained = Vec3f(gain->angular_momentum + body.torque_nm * dt_s);
   }
-  motion.angular_momentum = momentum + gained;
+  motion.angular_momentum = start.momentum + gained;
   motion.turned_rad = out.turned_rad;
-  const Vec3f mean = (start + out.angular_velocity) * 0.5f;
-  const bool turns_inertia = TurnsItsInertia(body, mean, dt);
-  if (turns_inertia && body.joints.empty()) {
-    FlightState flight{{}, from.orientation, {}, momentum + gained * 0.5f};
-    Fly(body.inertia(), {}, {}, dt_s, &flight);
-    motion.orientation = Turned(flight.orientation, Vec3d(out.turned_rad - mean * dt));
-  } else {
-    motion.orientation = Turned(from.orientation, Vec3d(out.turned_rad));
-  }
+  const bool turns_inertia =
+      TurnsItsInertia(body, (start.spin + out.angular_velocity) * 0.5f, static_cast<float>(dt_s));
+  motion.orientation = turns_inertia && body.joints.empty()
+                           ? TurnedFree(body, out, midway, motion.angular_momentum, dt_s)
+                           : Turned(from.orientation, Vec3d(out.turned_rad));
   if (turns_inertia) KeepEnergy(body.inertia(), Dot(motion.angular_momentum, out.angular_velocity), &motion);
   return motion;
 }
@@ -90,7 +96,8 @@ void SolvePass::ReadBack(const SolveInput& in, std::span<BodyMotion> motions) {
         PrefetchAfter(i, std::span<const RigidBody* const>(batch.sources), kUpToFrame);
         const RigidBody& body = *batch.sources[i];
         const bool unanchored = batch.unanchored && in.plans[in.islands.IndexOf(body.awake_index)].unanchored;
-        motions[body.awake_index] = MotionOf(body, batch.bodies[i], unanchored ? &gains_[i] : nullptr, in.dt_s);
+        motions[body.awake_index] =
+            MotionOf(body, batch.bodies[i], batch.midways[i], unanchored ? &gains_[i] : nullptr, in.dt_s);
       }
     });
   }

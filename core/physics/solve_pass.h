@@ -32,8 +32,9 @@ class SolvePass {
     Vec3d momentum, angular_momentum;
   };
   void SumGains(const SolveInput& in, const IslandBatch& batch);
-  // `gain`: of a body of an unanchored island; null for others.
-  static BodyMotion MotionOf(const RigidBody& body, const SolverBody& out, const Gain* gain, double dt_s);
+  // `midway`: as in IslandBatch. `gain`: of a body of an unanchored island; null for others.
+  static BodyMotion MotionOf(const RigidBody& body, const SolverBody& out, const Quatd& midway, const Gain* gain,
+                             double dt_s);
 
   ThreadTeam& team_;
   SolveBatches batches_;
