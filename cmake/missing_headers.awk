@@ -1,4 +1,4 @@
-# Finds files that use a function or a type of one of our own headers which they do not include, themselves or by another header.
+# Finds files that use a function, a type or a constant of one of our own headers which they do not include, themselves or by another header.
 # Where sources are merged, a neighbour's includes hide that.
 #
 #   awk -f cmake/missing_headers.awk HEADER... SOURCE...    all headers first; prints a line for each, and exits with 1 if there is one
@@ -19,6 +19,26 @@ function declared_by(line) {
   line = substr(line, RSTART, RLENGTH - 1)
   sub(/.*[ *&]/, "", line)
   return line
+}
+
+# Declares each constant that a line at file scope, or one that goes on with its declaration, introduces.
+function declare_constants(line,   name) {
+  if (line ~ /^inline (constexpr|const) /) constants_go_on = 1
+  if (!constants_go_on) return
+  constants_go_on = line !~ /; *$/
+  while (match(line, /[ *&]k[A-Z][A-Za-z0-9_]*(\[[^]]*\])* ?[={]/)) {
+    name = substr(line, RSTART + 1, RLENGTH - 1)
+    line = substr(line, RSTART + RLENGTH)
+    sub(/[^A-Za-z0-9_].*/, "", name)
+    declare(name)
+  }
+}
+
+# Notes that the current header declares the name.
+function declare(name) {
+  if (name == "" || (FILENAME, name) in space_in) return
+  space_in[FILENAME, name] = space
+  declarers[name] = declarers[name] " " FILENAME
 }
 
 # The line without what is no code. `block` and `raw` say what goes on in the next line.
@@ -61,7 +81,7 @@ function note(line,   name, before, space_of) {
     tail = substr(before name, length(before name) > 60 ? length(before name) - 60 : 1)
     line = substr(line, RSTART + RLENGTH)
     if (header) mentions[FILENAME, name]
-    if (name !~ /^[A-Z]/ || length(name) < 3) continue
+    if (name !~ /^k?[A-Z]/ || length(name) < 3) continue
     if (before ~ /(\.|->|~) *$/) continue
     if (before ~ /::$/) {
       space_of = substr(before, 1, length(before) - 2)
@@ -128,7 +148,7 @@ FNR == 1 {
   files[file_count] = FILENAME
   header = FILENAME ~ /\.h$/
   space = raw = tail = ""
-  block = anonymous = 0
+  block = anonymous = constants_go_on = in_enum = 0
 }
 match($0, /^#include "[^"]*"/) { includes[FILENAME] = includes[FILENAME] " " substr($0, 11, RLENGTH - 11) }
 /^ *#/ { next }
@@ -142,11 +162,17 @@ code ~ /^namespace [A-Za-z0-9_:]+ \{/ {
 code ~ /^namespace \{/ { anonymous = 1 }
 $0 ~ /^\}  \/\/ namespace$/ { anonymous = 0 }
 header && space ~ /^tessera/ && !anonymous {
-  name = declared_by(code)
-  if (name != "" && !((FILENAME, name) in space_in)) {
-    space_in[FILENAME, name] = space
-    declarers[name] = declarers[name] " " FILENAME
+  declare(declared_by(code))
+  declare_constants(code)
+}
+code ~ /(^| )enum / { in_enum = 1 }
+in_enum {
+  rest = code
+  while (match(rest, /k[A-Z][A-Za-z0-9_]*/)) {
+    own[FILENAME, substr(rest, RSTART, RLENGTH)]
+    rest = substr(rest, RSTART + RLENGTH)
   }
+  in_enum = code !~ /[};]/
 }
 { note(code) }
 END {

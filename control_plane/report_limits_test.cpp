@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <string>
+
+#include "core/world/limits.h"
 
 namespace tessera::control {
 namespace {
