@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+
 #include "absl/strings/str_cat.h"
 
 namespace tessera::client::prediction {
@@ -111,22 +113,33 @@ void Print(const char* what, const Figures& figures) {
               figures.off, static_cast<int>(figures.corrections), figures.worst_m);
 }
 
+// A minute over each of several networks, for a single one's count says little: over twenty it is 3 to 9.
 TEST(CharacterPredictionTest, IsOffOnceInTenSecondsAtMostOnTheCourse) {
-  Loop loop(kCourse, kBadNetwork, kCharacter);
-  const Figures figures = WalkTheCourse(loop, 60, true);
-  Print("course", figures);
-  EXPECT_LE(figures.off, 6);
-  EXPECT_EQ(loop.refused, 0u);
+  int off = 0;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Loop loop(kCourse, kBadNetwork, kCharacter);
+    loop.LoseBy(seed);
+    const Figures figures = WalkTheCourse(loop, 60, true);
+    Print("course", figures);
+    off += figures.off;
+    EXPECT_EQ(loop.refused, 0u);
+  }
+  EXPECT_LE(off, 5 * 6);
 }
 
 TEST(CharacterPredictionTest, IsOffFiveTimesInTenSecondsAtMostAmongCratesAndPlayers) {
-  Loop loop(kCourse + CrowdedCourse::Crates(), kBadNetwork, kCharacter);
-  CrowdedCourse others;
-  loop.before_step = [&] { others.MoveOthers(loop); };
-  const Figures figures = WalkTheCourse(loop, 60, false);
-  Print("among crates and players", figures);
-  EXPECT_LE(figures.off, 30);
-  EXPECT_EQ(others.refused(), 0u);
+  int off = 0;
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    Loop loop(kCourse + CrowdedCourse::Crates(), kBadNetwork, kCharacter);
+    loop.LoseBy(seed);
+    CrowdedCourse others;
+    loop.before_step = [&] { others.MoveOthers(loop); };
+    const Figures figures = WalkTheCourse(loop, 60, false);
+    Print("among crates and players", figures);
+    off += figures.off;
+    EXPECT_EQ(others.refused(), 0u);
+  }
+  EXPECT_LE(off, 3 * 30);
 }
 
 // A ferry to and fro, a turntable and a lift, which the client computes by itself.
