@@ -11,7 +11,7 @@ namespace prediction = client::prediction;
 
 namespace {
 
-// Mean over walks on networks that lose other messages; one walk's count is 3 to 9.
+// Mean over walks on networks that lose other messages; one walk along the course is off 3 to 9 times a minute.
 void Measure(const char* config, const std::string& more, bool crowded, int networks, double seconds, Report& report) {
   int off = 0;
   for (int seed = 0; seed < networks; ++seed) {

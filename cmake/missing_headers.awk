@@ -1,7 +1,9 @@
-# Finds files that use a function, a type or a constant of one of our own headers which they do not include, themselves or by another header.
-# Where sources are merged, a neighbour's includes hide that.
+# Finds files that use a function, a type or a constant of one of our own headers which they do not include, themselves or by
+# another header. Where sources are merged, a neighbour's includes hide that.
 #
-#   awk -f cmake/missing_headers.awk HEADER... SOURCE...    all headers first; prints a line for each, and exits with 1 if there is one
+#   awk -f cmake/source_names.awk -f cmake/missing_headers.awk HEADER... SOURCE...
+#
+# All headers come first. Prints a line for each fault, and exits with 1 if there is one.
 #
 # A name counts as used where it can mean nothing else: it stands in the header's namespace or behind its last part, is no member of
 # something, is not declared in the file itself, and is mentioned by no header that the file includes.
@@ -19,19 +21,6 @@ function declared_by(line) {
   line = substr(line, RSTART, RLENGTH - 1)
   sub(/.*[ *&]/, "", line)
   return line
-}
-
-# Declares each constant that a line at file scope, or one that goes on with its declaration, introduces.
-function declare_constants(line,   name) {
-  if (line ~ /^inline (constexpr|const) /) constants_go_on = 1
-  if (!constants_go_on) return
-  constants_go_on = line !~ /; *$/
-  while (match(line, /[ *&]k[A-Z][A-Za-z0-9_]*(\[[^]]*\])* ?[={]/)) {
-    name = substr(line, RSTART + 1, RLENGTH - 1)
-    line = substr(line, RSTART + RLENGTH)
-    sub(/[^A-Za-z0-9_].*/, "", name)
-    declare(name)
-  }
 }
 
 # Notes that the current header declares the name.
@@ -163,7 +152,8 @@ code ~ /^namespace \{/ { anonymous = 1 }
 $0 ~ /^\}  \/\/ namespace$/ { anonymous = 0 }
 header && space ~ /^tessera/ && !anonymous {
   declare(declared_by(code))
-  declare_constants(code)
+  constant_count = split(constants_in(code), constants, " ")
+  for (i = 1; i <= constant_count; i++) declare(constants[i])
 }
 code ~ /(^| )enum / { in_enum = 1 }
 in_enum {

@@ -1,4 +1,5 @@
-# Reads sources as far as their look tells; shared by tidy_batches.awk, missing_includes.awk and source_files.awk.
+# Reads sources as far as their look tells; shared by tidy_batches.awk, missing_includes.awk,
+# missing_headers.awk and source_files.awk.
 
 # Reads a source. Sets `names` to the names in its anonymous namespaces, `words` to every word in it and in the headers of the
 # repository that it includes, `declared` to the names that stand at a margin there, and `unused` to those of its using-declarations
