@@ -59,6 +59,24 @@ TEST(ChangeTest, OneIdIsInTheLogTheEventsAndTheOrdersOfAnOperation) {
   }
 }
 
+// It was taken for one that had died, and its order was held back meanwhile.
+TEST(ChangeTest, ANewcomerIsNotMissedInHeartbeatsThatLeftBeforeItsOrderCame) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 4);
+  const std::string id = Start(harness, 2);
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  harness.cluster().HandleTimer(harness.now);
+  ASSERT_EQ(harness.Get(id).region_status_size(), 3) << "it has a place";
+  for (int i = 0; i < 10; ++i) harness.Send(alpha, alpha.fake.Heartbeat());
+  harness.Run(seconds(5));
+  ExpectSettled(harness, id, 3);
+  const v1::Instance world = harness.Get(id);
+  for (const v1::InstanceEvent& event : world.events()) {
+    EXPECT_THAT(event.text(), testing::Not(testing::HasSubstr("ended")));
+  }
+  ExpectNoIncarnationTwice(harness);
+}
+
 // Clients refuse a grant whose regions are not those of its map.
 TEST(ChangeTest, WhoJoinsMeanwhileIsToldTheRegionsOfTheMapInForce) {
   ClusterHarness harness;

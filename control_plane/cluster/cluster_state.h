@@ -17,6 +17,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -41,6 +42,9 @@
 
 namespace tessera::control {
 
+// No desired set has asked for the worker, in this life or in one before.
+inline constexpr std::uint64_t kUnasked = std::numeric_limits<std::uint64_t>::max();
+
 struct WorkerEntry {
   std::uint32_t region = 0;
   std::uint64_t incarnation = 0;
@@ -57,6 +61,7 @@ struct WorkerEntry {
   int missed = 0;  // heartbeats in a row that did not name it
 
   // Written by DesiredSets.
+  std::uint64_t asked_in = 0;  // revision of the first desired set that asks for it, or kUnasked; 0: may run already
   v1::WorkerOrder order;       // as last given out, without the players
   Players players;             // that went with it
   StreamId given_on = 0;       // the agent's stream that they went out on; 0: none yet

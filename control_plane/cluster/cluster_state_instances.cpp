@@ -95,13 +95,19 @@ absl::Status ClusterState::StoreWithPlayers(InstanceEntry& instance, const recor
   FollowPlayers(instance, players, *written);
   if (instance.record.last_player() != next.last_player()) instance.last_player = next.last_player();
   const bool placed_anew = !SamePlaces(instance.record, next);
+  const std::uint64_t last_incarnation = instance.record.last_incarnation();
   const bool new_seed = instance.record.signing_seed() != next.signing_seed();
   instance.record = std::move(named.record);
   for (std::string& line : named.lines) Log(std::move(line));
   instance.told.reset();
   instance.revision = *written;
   if (new_seed) FollowSeed(instance);
-  if (placed_anew) FollowPlacements(instance);
+  if (!placed_anew) return absl::OkStatus();
+  FollowPlacements(instance);
+  for (WorkerEntry& worker : instance.workers) {
+    // A worker that is found to run while recovering was asked for by somebody else.
+    if (worker.incarnation > last_incarnation && !recovering()) worker.asked_in = kUnasked;
+  }
   return absl::OkStatus();
 }
 

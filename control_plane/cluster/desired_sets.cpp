@@ -52,6 +52,7 @@ std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
     worker.order = std::move(order);
     worker.players = players;
     worker.given_on = stream;
+    if (worker.asked_in == kUnasked) worker.asked_in = desired.revision();
   }
   // Whatever is not in the set is ended.
   for (const v1::WorkerOrder& unknown : host->record.unknown_workers()) *desired.add_workers() = unknown;

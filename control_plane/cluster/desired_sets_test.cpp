@@ -93,6 +93,17 @@ TEST_F(DesiredSetsTest, IsHeldBackWhileAWorkerIsMissingThatRanBefore) {
   EXPECT_TRUE(Take());
 }
 
+TEST_F(DesiredSetsTest, TheFirstSetThatAsksForAWorkerIsNoted) {
+  instance_.workers[0].asked_in = kUnasked;
+  rig_.state->MarkOrders(instance_);
+  const auto first = Take();
+  ASSERT_TRUE(first);
+  rig_.state->MarkOrders(instance_);
+  EXPECT_TRUE(Take());
+  EXPECT_EQ(instance_.workers[0].asked_in, first->revision());
+  EXPECT_EQ(instance_.workers[1].asked_in, 0U) << "somebody may have asked for it";
+}
+
 TEST_F(DesiredSetsTest, WorkersAreAskedToEndAndThenWithdrawn) {
   SetState(v1::INSTANCE_STATE_STOPPING);
   const auto stopping = Take();

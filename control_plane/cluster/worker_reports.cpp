@@ -161,6 +161,9 @@ void WorkerReports::NoticeAbsent(HostEntry& host, const ReportList& reports,
     const v1::InstanceState state = instance.record.state();
     if (named.contains({instance.record.id(), worker.region, worker.incarnation})) continue;
     if (WantsWorkers(state)) {
+      // None is missed by an agent that does not know of it yet. One that says hello may have been told before.
+      if (!acted_revision && worker.asked_in != kUnasked) worker.asked_in = 0;
+      if (acted_revision.value_or(0) < worker.asked_in) continue;
       const bool ran = worker.reported || instance.record.run() || state != v1::INSTANCE_STATE_STARTING;
       if (!ran || ++worker.missed < kMissedBeforeVanished) continue;
       state_.SetGone(instance, worker, "worker ended unseen: the agent of its host does not name it any more");

@@ -32,7 +32,7 @@ class WorkerReports {
   std::optional<Taken> Take(const HostEntry& host, const v1::WorkerReport& report, InstanceNumbers& touched, Now now);
 
   // `reports` are all workers that the agent runs, by the desired set `acted_revision` if it says which one. A worker
-  // that ran and is not named any more has died unseen; one that was to end has ended.
+  // that it was asked for and does not name has died unseen; one that was to end has ended.
   void NoticeAbsent(HostEntry& host, const ReportList& reports, std::optional<std::uint64_t> acted_revision,
                     InstanceNumbers& touched);
 

@@ -27,7 +27,7 @@ class WorkerReportsTest : public ::testing::Test {
     (void)reports_.Take(alpha_, report, touched, rig_.now);
     return touched;
   }
-  InstanceNumbers Heartbeat(const ReportList& named, std::uint64_t acted_revision) {
+  InstanceNumbers Heartbeat(const ReportList& named, std::optional<std::uint64_t> acted_revision) {
     InstanceNumbers touched;
     reports_.NoticeAbsent(alpha_, named, acted_revision, touched);
     return touched;
@@ -174,6 +174,30 @@ TEST_F(WorkerReportsTest, AWorkerThatIsNamedNoLongerHasDiedUnseen) {
   EXPECT_THAT(Heartbeat(named, 1), UnorderedElementsAre(instance_.number));
   EXPECT_TRUE(instance_.workers[0].gone);
   EXPECT_FALSE(instance_.workers[1].gone);
+}
+
+TEST_F(WorkerReportsTest, OneThatItsAgentDoesNotKnowOfYetIsNotMissed) {
+  WorkerEntry& newcomer = instance_.workers[0];
+  ReportList named;
+  *named.Add() = ReportOf(2);
+  for (const std::uint64_t asked_in : {kUnasked, std::uint64_t{7}}) {
+    newcomer.asked_in = asked_in;
+    for (int i = 0; i < 2 * kMissedBeforeVanished; ++i) EXPECT_THAT(Heartbeat(named, 6), IsEmpty());
+    EXPECT_EQ(newcomer.missed, 0) << "its order would be held back";
+  }
+  Heartbeat(named, 7);
+  EXPECT_EQ(newcomer.missed, 1);
+}
+
+// Its agent may have begun it and lost it, and been begun again since.
+TEST_F(WorkerReportsTest, OneThatAnAgentWasToldOfBeforeItSaidHelloIsMissed) {
+  instance_.workers[0].asked_in = 7;
+  instance_.workers[1].asked_in = kUnasked;
+  Heartbeat({}, std::nullopt);
+  EXPECT_EQ(instance_.workers[0].missed, 1);
+  EXPECT_EQ(instance_.workers[1].missed, 0);
+  Heartbeat({}, 0);
+  EXPECT_EQ(instance_.workers[0].missed, 2);
 }
 
 TEST_F(WorkerReportsTest, OneThatWasToEndHasEndedWhenItsAgentHasActedOnThat) {
