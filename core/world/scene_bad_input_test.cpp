@@ -1,4 +1,5 @@
 // One test for each way in which a scene can be wrong, except its shapes and joints, with the error in full.
+#include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
 #include "core/world/scene_faults.h"
 
@@ -155,7 +156,7 @@ TEST(BadSceneTest, Layers) {
             }),
             "layers[0] (\"debris\"): ignores[1] \"debris\" is named twice");
   EXPECT_EQ(Error([](v1::Scene& s) {
-              for (int i = 0; i < 32; ++i) s.add_layers()->set_name("l" + std::to_string(i));
+              for (int i = 0; i < 32; ++i) s.add_layers()->set_name(absl::StrCat("l", i));
             }),
             "layers[31]: is one layer too many: with \"default\" there may be 32");
 }
