@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -25,6 +26,7 @@ constexpr std::uint32_t kQuarterCells = 500;  // squares a side of one of the fo
 constexpr std::size_t kTriangles = std::size_t{4} * 2 * kQuarterCells * kQuarterCells;
 constexpr double kHillHeight_m = 3;
 constexpr double kViewRadius_m = 60;
+constexpr std::chrono::seconds kCreatePatience{600};  // a sanitizer reads the level ten times as slowly
 
 double GroundAt(double x, double z) { return kHillHeight_m * std::sin(x / 40) * std::cos(z / 50); }
 
@@ -93,10 +95,11 @@ TEST_F(LargeLevelTest, OfTwoMillionTrianglesRunsAndComesToAClientByItsTiles) {
          .bodies = std::nullopt,
          .bots = 0,
          .capacity = 8,
-         .control_arguments = {"--start-timeout", "600"}});  // a sanitizer reads the level ten times as slowly
-  const std::vector<std::string> create{"instance", "create",    "--scene", File("level.pb"), "--regions", "2",
-                                        "--wait",   "--timeout", "600"};
-  const auto created = Tessera(create);
+         .control_arguments = {"--start-timeout", std::to_string(kCreatePatience.count())}});
+  const std::vector<std::string> create{"instance",  "create", "--scene",   File("level.pb"),
+                                        "--regions", "2",      "--timeout", std::to_string(kCreatePatience.count()),
+                                        "--wait"};
+  const auto created = Tessera(create, kCreatePatience);
   ASSERT_EQ(created.exit_code, 0) << created.err;
   EXPECT_THAT(created.err, HasSubstr("sent before the request"));
 
@@ -149,7 +152,7 @@ TEST_F(LargeLevelTest, OfTwoMillionTrianglesRunsAndComesToAClientByItsTiles) {
   // Another world of it costs no further sending: it waits there still.
   EXPECT_TRUE(onlooker.Leave().ok());
   EXPECT_EQ(Tessera({"instance", "delete", "inst-2"}).exit_code, 0);
-  const auto again = Tessera(create);
+  const auto again = Tessera(create, kCreatePatience);
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(again.err.find("sent before the request"), std::string::npos) << again.err;
 }

@@ -85,9 +85,9 @@ class WorldTest : public testing::Test {
     return pids;
   }
   // `tessera ARGUMENT...` against this cluster.
-  support::RunResult Tessera(std::vector<std::string> arguments) {
+  support::RunResult Tessera(std::vector<std::string> arguments, std::chrono::seconds patience = kPatience) {
     arguments.insert(arguments.begin(), {"--control", run_->cluster().control_address()});
-    return support::RunProgram("tessera", arguments, kPatience);
+    return support::RunProgram("tessera", arguments, patience);
   }
 
   // No body lost or doubled, and the players are there and see all: and it ends in order.
