@@ -73,6 +73,16 @@ TEST_F(AgentAdmissionTest, WrongAndUsedTokensEndItWithTheControlPlanesWords) {
   EXPECT_THAT(used->Output(), HasSubstr("refused this host: join token has been used\n"));
 }
 
+// The control plane's part of it is HostsTest.AnAgentWhoseAnswerWasLostIsAdmittedByItsTokenAgain.
+TEST_F(AgentAdmissionTest, ATokenIsShownUntilItsAnswerComes) {
+  control_.Change([](ControlRecord& r) { r.lost_answers = 2; });
+  const auto agent = StartAgent({"--join-token", "good-token"});
+  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.heartbeats > 0; }));
+  const std::vector<v1::AgentHello> hellos = control_.record().hellos;
+  ASSERT_THAT(hellos, SizeIs(3));
+  for (const v1::AgentHello& hello : hellos) EXPECT_EQ(hello.join_token(), "good-token");
+}
+
 TEST_F(AgentAdmissionTest, RemovedHostIsToldWhereItsIdentityLies) {
   const auto first = StartAdmitted();
   control_.Stop();

@@ -125,11 +125,14 @@ class DoorsTest : public ::testing::Test {
     v1::Admitted admitted;
     const grpc::Status status = Hello(Operators(hello.join_token()), hello, &admitted);
     EXPECT_TRUE(status.ok()) << status.error_message();
+    Keep(admitted, host);
+    return host;
+  }
+  static void Keep(const v1::Admitted& admitted, Host& host) {
     host.id = admitted.host_id();
     host.secret = admitted.host_secret();
     host.credentials.certificate = admitted.certificate();
     host.credentials.authority = admitted.authority();
-    return host;
   }
   static v1::AgentHello PlainHello() {
     v1::AgentHello hello;

@@ -163,9 +163,15 @@ TEST_F(GrpcServerTest, LinesOfAGameAreListedForInstancesThatRunOne) {
 
 TEST_F(GrpcServerTest, AUsedTokenIsRefusedOnTheStream) {
   AddAgent();
-  StreamAgent second(channel_, hello_);
-  EXPECT_EQ(second.admitted.host_id(), "");
-  const grpc::Status status = second.Finish();
+  v1::AgentHello by_secret = hello_;
+  by_secret.clear_join_token();
+  by_secret.set_host_id(agent_->admitted.host_id());
+  by_secret.set_host_secret(agent_->admitted.host_secret());
+  const StreamAgent second(channel_, by_secret);
+  EXPECT_EQ(second.admitted.host_id(), by_secret.host_id());
+  StreamAgent third(channel_, hello_);
+  EXPECT_EQ(third.admitted.host_id(), "");
+  const grpc::Status status = third.Finish();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED);
   EXPECT_THAT(status.error_message(), HasSubstr("join_token"));
 }

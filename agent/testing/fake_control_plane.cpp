@@ -102,6 +102,10 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
  private:
   grpc::Status Admit(const v1::AgentHello& hello, Stream* stream) {
     record.hellos.push_back(hello);
+    if (record.lost_answers > 0) {
+      --record.lost_answers;
+      return {grpc::StatusCode::UNAVAILABLE, "cut off"};
+    }
     v1::ControlMessage answer;
     v1::Admitted& admitted = *answer.mutable_admitted();
     admitted.set_host_id("host-1");

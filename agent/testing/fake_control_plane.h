@@ -19,6 +19,7 @@ namespace tessera::agent {
 struct ControlRecord {
   std::string token = "good-token";
   bool token_used = false;
+  int lost_answers = 0;  // so many streams end after the hello, before its answer
   std::string secret = "host-secret-of-the-test";
   std::map<std::string, std::string> scenes;  // by hash, serialised
   std::map<std::string, std::string> games;   // by hash

@@ -52,6 +52,7 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
     return absl::OkStatus();
   }
   NoteHeard(now, *host);
+  hosts_.NoteSecretCame(*host);
   InstanceNumbers touched;
   const InstanceEntry* awaits = nullptr;  // the instance whose failover waited for this
   switch (message.kind_case()) {

@@ -95,6 +95,9 @@ TEST(HostTest, ATokenAdmitsOneAgentOnce) {
   const auto admission = harness.cluster().HandleHello(harness.now, hello);
   ASSERT_TRUE(admission.ok());
   EXPECT_EQ(admission->admitted.host_name(), "alpha");
+  v1::AgentMessage first;
+  first.mutable_heartbeat();
+  ASSERT_TRUE(harness.cluster().HandleAgentMessage(harness.now, admission->stream, first).ok());
   const auto again = harness.cluster().HandleHello(harness.now, hello);
   EXPECT_EQ(again.status().code(), absl::StatusCode::kUnauthenticated);
   EXPECT_THAT(std::string(again.status().message()), HasSubstr("join_token"));

@@ -228,8 +228,6 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now, con
   if (!hello.join_token().empty()) {
     admission.admitted.set_host_secret(MakeHostSecret(random_));
     next.set_secret_hash(HashSecret(admission.admitted.host_secret()));
-    next.clear_join_token_hash();
-    next.clear_join_token_expire_time();
     if (!hello.certificate_request().empty()) {
       admission.serial = MakeSerial(random_);
       next.set_certificate_serial(admission.serial);
@@ -242,6 +240,7 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now, con
   if (next.SerializeAsString() != host.record.SerializeAsString()) {
     if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;
   }
+  if (hello.join_token().empty()) NoteSecretCame(host);
   WarnOfLoopback(host, moved);
   admission.stream =
       state_.OpenStream(host, absl::AbortedError(absl::StrCat("another agent attached as ", host.record.id())));
@@ -249,6 +248,14 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now, con
   admission.admitted.set_host_name(host.record.name());
   admission.admitted.set_heartbeat_interval_ms(static_cast<std::uint32_t>(settings_.heartbeat_interval.count()));
   return admission;
+}
+
+void Hosts::NoteSecretCame(HostEntry& host) {
+  if (host.record.join_token_hash().empty()) return;
+  records::Host next = host.record;
+  next.clear_join_token_hash();
+  next.clear_join_token_expire_time();
+  state_.StoreHost(host, next).IgnoreError();  // else it is stored with the next message
 }
 
 // Also of others, whom nobody warned of while the cluster was on one machine.

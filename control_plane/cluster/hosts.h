@@ -37,7 +37,11 @@ class Hosts {
   // Admits an agent and opens its stream. `shown_serial`: that of its certificate, empty for a socket and with a join
   // token; certificates of the host before that one are worth nothing from then on. UNAUTHENTICATED, PERMISSION_DENIED
   // (the host was removed), INVALID_ARGUMENT.
+  // A join token counts until an agent has shown that the answer came, for that may be lost: by the secret in it, or by
+  // a message on the stream (NoteSecretCame). Until then whoever shows it again takes the place of the one before.
   absl::StatusOr<Admission> Admit(const v1::AgentHello& hello, Now now, const std::string& shown_serial = "");
+
+  void NoteSecretCame(HostEntry& host);
 
   // The native games that an admitted host has from now on. UNAVAILABLE: it is not stored, and is to be sent again.
   absl::Status NoteModules(HostEntry& host, const v1::GameModuleList& modules);

@@ -36,9 +36,11 @@ class HostsTest : public ::testing::Test {
 };
 
 TEST_F(HostsTest, ATokenAdmitsOnceAndThenTheSecretDoes) {
-  v1::AgentHello hello = Hello(Add("alpha").join_token());
+  const std::string token = Add("alpha").join_token();
+  v1::AgentHello hello = Hello(token);
   const auto first = hosts_.Admit(hello, rig_.now);
   ASSERT_TRUE(first.ok()) << first.status();
+  hosts_.NoteSecretCame(*rig_.state->HostOf(first->stream));
   EXPECT_EQ(hosts_.Admit(hello, rig_.now).status().code(), absl::StatusCode::kUnauthenticated);
   hello.clear_join_token();
   hello.set_host_id(first->admitted.host_id());
@@ -49,6 +51,25 @@ TEST_F(HostsTest, ATokenAdmitsOnceAndThenTheSecretDoes) {
   EXPECT_EQ(rig_.state->HostOf(second->stream)->record.name(), "alpha");
   EXPECT_TRUE(CheckHostSecret(*rig_.state, "host-1", first->admitted.host_secret()).ok());
   EXPECT_FALSE(CheckHostSecret(*rig_.state, "host-1", "guess").ok());
+}
+
+// Else it would be refused for good, and an operator had to add it anew.
+TEST_F(HostsTest, AnAgentWhoseAnswerWasLostIsAdmittedByItsTokenAgain) {
+  const std::string token = Add("alpha").join_token();
+  v1::AgentHello hello = Hello(token);
+  hello.set_certificate_request("request");
+  const auto lost = hosts_.Admit(hello, rig_.now), came = hosts_.Admit(hello, rig_.now);
+  ASSERT_TRUE(lost.ok() && came.ok()) << lost.status() << came.status();
+  EXPECT_EQ(rig_.state->HostOf(lost->stream), nullptr);
+  EXPECT_FALSE(CheckHostSecret(*rig_.state, "host-1", lost->admitted.host_secret()).ok());
+  EXPECT_FALSE(CheckHostCertificate(*rig_.state, "host-1", lost->serial).ok());
+
+  hello.clear_join_token();
+  hello.clear_certificate_request();
+  hello.set_host_id("host-1");
+  hello.set_host_secret(came->admitted.host_secret());
+  ASSERT_TRUE(hosts_.Admit(hello, rig_.now, came->serial).ok());
+  EXPECT_EQ(hosts_.Admit(Hello(token), rig_.now).status().message(), "hello.join_token: unknown, or used already");
 }
 
 TEST_F(HostsTest, TheNextCertificateIsAskedForAndTheEarlierOneEndsOnceItIsShown) {
@@ -176,6 +197,7 @@ TEST_F(HostsTest, ATokenFindsItsHostAmongMany) {
   const auto admitted = hosts_.Admit(Hello(tokens[1]), rig_.now);
   ASSERT_TRUE(admitted.ok()) << admitted.status();
   EXPECT_EQ(admitted->admitted.host_name(), "beta");
+  hosts_.NoteSecretCame(*rig_.state->HostOf(admitted->stream));
   EXPECT_EQ(hosts_.Admit(Hello(tokens[1]), rig_.now).status().code(), absl::StatusCode::kUnauthenticated);
 }
 
