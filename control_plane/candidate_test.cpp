@@ -186,7 +186,8 @@ TEST_F(CandidateTest, OneLeadsAndTheOthersSayWho) {
   EXPECT_FALSE(two->leads());
   EXPECT_EQ(one->gauge(), 1);
   EXPECT_EQ(two->gauge(), 0);
-  EXPECT_NE(etcd_.Value("tessera/serving"), "") << "two may look whether one is there";
+  EXPECT_TRUE(Eventually([&] { return !etcd_.Value("tessera/serving").empty(); }))
+      << "two may look whether one is there";
 
   EXPECT_TRUE(Add(*one, "alpha").ok());
   grpc::Status refused;
