@@ -117,22 +117,22 @@ class DoorsTest : public ::testing::Test {
     std::string token;
     EXPECT_TRUE(AddHost(Socket(), name, &token).ok());
     EXPECT_EQ(token.substr(token.find('.') + 1), authority_.fingerprint);
+    return JoinWith(token.substr(0, token.find('.')));
+  }
+  Host JoinWith(const std::string& token) {
     Host host;
     host.credentials.key = *trust::MakeKey();
     v1::AgentHello hello = PlainHello();
-    hello.set_join_token(token.substr(0, token.find('.')));
+    hello.set_join_token(token);
     hello.set_certificate_request(*trust::MakeRequest(host.credentials.key));
     v1::Admitted admitted;
-    const grpc::Status status = Hello(Operators(hello.join_token()), hello, &admitted);
+    const grpc::Status status = Hello(Operators(token), hello, &admitted);
     EXPECT_TRUE(status.ok()) << status.error_message();
-    Keep(admitted, host);
-    return host;
-  }
-  static void Keep(const v1::Admitted& admitted, Host& host) {
     host.id = admitted.host_id();
     host.secret = admitted.host_secret();
     host.credentials.certificate = admitted.certificate();
     host.credentials.authority = admitted.authority();
+    return host;
   }
   static v1::AgentHello PlainHello() {
     v1::AgentHello hello;

@@ -70,12 +70,7 @@ TEST_F(DoorsTest, AJoinTokenMustBeShownBeforeAHelloIsRead) {
   without.clear_certificate_request();
   EXPECT_EQ(Hello(Operators(token), without, nullptr).error_code(), StatusCode::INVALID_ARGUMENT);
   EXPECT_TRUE(Hello(Operators(token), hello, nullptr).ok());
-  Host host;
-  host.credentials.key = *trust::MakeKey();
-  hello.set_certificate_request(*trust::MakeRequest(host.credentials.key));
-  v1::Admitted admitted;
-  ASSERT_TRUE(Hello(Operators(token), hello, &admitted).ok()) << "nobody has shown yet that the answer came";
-  Keep(admitted, host);
+  const Host host = JoinWith(token);  // nobody has shown yet that the answer came
   EXPECT_TRUE(Hello(Dialled(server_->operators(), host.credentials), HelloOf(host), nullptr).ok());
   EXPECT_EQ(refusal(Operators(token)), "hello.join_token: unknown, or used already");
 }

@@ -52,6 +52,10 @@ struct WorkerEntry {
   std::string ending;    // why, if nobody asked it to
   bool evicted = false;  // gone, though nobody says that it has ended: its host was evicted, or it sent what none may
 
+  // Revision of the first desired set that asks for it, or kUnasked; 0: it may run already. Written by DesiredSets, and
+  // by WorkerReports once its agent says hello anew.
+  std::uint64_t asked_in = 0;
+
   // Written by WorkerReports.
   v1::WorkerReport report;  // the last one; empty before the first
   std::string certificate;  // a signed net::WorkerCertificate; empty until the worker has reported its key
@@ -61,7 +65,6 @@ struct WorkerEntry {
   int missed = 0;  // heartbeats in a row that did not name it
 
   // Written by DesiredSets.
-  std::uint64_t asked_in = 0;  // revision of the first desired set that asks for it, or kUnasked; 0: may run already
   v1::WorkerOrder order;       // as last given out, without the players
   Players players;             // that went with it
   StreamId given_on = 0;       // the agent's stream that they went out on; 0: none yet

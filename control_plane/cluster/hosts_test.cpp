@@ -36,8 +36,7 @@ class HostsTest : public ::testing::Test {
 };
 
 TEST_F(HostsTest, ATokenAdmitsOnceAndThenTheSecretDoes) {
-  const std::string token = Add("alpha").join_token();
-  v1::AgentHello hello = Hello(token);
+  v1::AgentHello hello = Hello(Add("alpha").join_token());
   const auto first = hosts_.Admit(hello, rig_.now);
   ASSERT_TRUE(first.ok()) << first.status();
   hosts_.NoteSecretCame(*rig_.state->HostOf(first->stream));
