@@ -11,7 +11,7 @@ namespace {
 
 constexpr TrustSize kTrustFull{.calls = 2000,
                                .import_mb = 512,
-                               .lease_requests = 1'000'000,
+                               .lease_requests = 200'000,
                                .join_threads = 16,
                                .joins_each = 300,
                                .starts = 20,

@@ -43,6 +43,7 @@ class BoundedReader {
   bool Read(Message* message) {
     grpc::ByteBuffer bytes;
     if (!status_.ok() || !Await(bytes)) return false;
+    bytes_ = bytes.Length();
     status_ = Check(bytes);
     if (status_.ok() && !grpc::SerializationTraits<Message>::Deserialize(&bytes, message).ok()) {
       status_ = absl::InvalidArgumentError("a message of the stream cannot be read");
@@ -50,6 +51,7 @@ class BoundedReader {
     return status_.ok();
   }
   const absl::Status& status() const { return status_; }
+  std::size_t bytes() const { return bytes_; }  // the last message's
 
  private:
   bool Await(grpc::ByteBuffer& bytes) {
@@ -81,6 +83,7 @@ class BoundedReader {
   StreamDeadlines* deadlines_ = nullptr;
   std::function<void()> cancel_;
   absl::Status status_;
+  std::size_t bytes_ = 0;
 };
 
 }  // namespace tessera::control

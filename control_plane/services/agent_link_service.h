@@ -9,11 +9,13 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/agent_pace.h"
 #include "control_plane/cluster/host_rights.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/services/answerer.h"
 #include "control_plane/stored_records.h"
 #include "control_plane/stream_deadlines.h"
+#include "telemetry/log_throttle.h"
 #include "telemetry/log_value.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 
@@ -221,13 +223,22 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     }
   }
   absl::Status ReadMessages(Reader& reader, ControlPlane::AgentStream& agent) {
+    AgentPace pace;
     v1::AgentMessage message;
     while (reader.Read(&message)) {
       if (absl::Status status = plane_.HandleAgentMessage(agent, message); !status.ok()) return status;
+      const auto now = std::chrono::steady_clock::now();
+      const auto pause = pace.Pause(now, reader.bytes());
+      if (pause.count() == 0) continue;
+      if (const auto left_out = slowed_.Take(now)) {
+        spdlog::warn("agent says more than is read host={} more={}", agent.admitted.host_name(), *left_out);
+      }
+      std::this_thread::sleep_for(pause);
     }
     return reader.status();
   }
 
+  telemetry::LogThrottle slowed_;
   StreamDeadlines hellos_{kHelloPatience, kMaxSilentStreams};
 };
 
