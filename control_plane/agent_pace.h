@@ -1,13 +1,14 @@
 // AgentPace: how fast the messages of an agent's stream are read.
 //
-//   AgentPace pace;
+//   AgentPace pace(Clock::now());
 //   while (reader.Read(&message)) {
 //     ...
 //     std::this_thread::sleep_for(pace.Pause(Clock::now(), reader.bytes()));
 //   }
 //
 // An agent that says more waits by gRPC's flow control: nothing of it is lost, its heartbeats wait in the same line,
-// and a host whose heartbeats wait too long is LOST. Thread rule: one thread; time comes in.
+// and a host whose heartbeats wait too long is LOST. It begins at the rate, without a burst: else dialling anew would
+// give one each time. Thread rule: one thread; time comes in.
 #pragma once
 
 #include <chrono>
@@ -29,7 +30,10 @@ class AgentPace {
   // Shorter ones add up: a thread that sleeps for each of five thousand messages does little else.
   static constexpr std::chrono::milliseconds kShortestPause{5};
 
-  explicit AgentPace(const net::Rate& rate = kAgentMessages) : rate_(rate) {}
+  explicit AgentPace(net::TokenBucket::TimePoint now, const net::Rate& rate = kAgentMessages) : rate_(rate) {
+    messages_.Fill(now, rate_);
+    messages_.Spend(rate_.burst);
+  }
 
   // How long nothing more may be read, after a message of so many bytes.
   std::chrono::nanoseconds Pause(net::TokenBucket::TimePoint now, std::size_t bytes) {

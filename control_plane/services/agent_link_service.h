@@ -223,7 +223,7 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     }
   }
   absl::Status ReadMessages(Reader& reader, ControlPlane::AgentStream& agent) {
-    AgentPace pace;
+    AgentPace pace(std::chrono::steady_clock::now());
     v1::AgentMessage message;
     while (reader.Read(&message)) {
       if (absl::Status status = plane_.HandleAgentMessage(agent, message); !status.ok()) return status;
